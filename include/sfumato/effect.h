@@ -1,0 +1,101 @@
+// What all effects have in common: a description that tools can read, and a class that records into a command buffer.
+#pragma once
+
+#include "sfumato/executor.h"
+#include "sfumato/frame.h"
+#include "sfumato/parameters.h"
+#include "sfumato/plan.h"
+
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace sfumato {
+
+enum class ImageUse { input, optional_input, output };
+
+// One image that an effect takes: a member of its images struct.
+struct ImageRole {
+    const char* name;
+    const char* doc; // what it holds, in which convention
+    ImageUse use;
+    uint32_t components; // least number of channels
+    bool is_signed;      // holds negative values: unsigned formats are refused
+    Image& (*get)(void* images);
+};
+
+// Everything there is to know of an effect. Tools, docs and generic tests read this.
+struct EffectInfo {
+    const char* name;    // kebab-case, "motion-blur"
+    const char* summary; // one sentence
+    const char* source;  // the documents it follows
+    const ParameterTable* parameters;
+    std::span<const ImageRole> images;
+    size_t images_size; // sizeof the images struct
+    // The plan of one frame. A pure function; handles of the images are not looked at, only format and extent.
+    // Expects validated input (validate_effect).
+    Plan (*plan)(const Frame& frame, const void* parameters, const void* images);
+};
+
+// All effects of the library.
+std::span<const EffectInfo* const> effects();
+const EffectInfo* find_effect(std::string_view name);
+
+// Checks everything that a host can get wrong: parameter ranges, roles, formats, extents, matrices. With
+// `need_handles` also that views are not null and layouts are right.
+Result<void> validate_effect(const EffectInfo& effect, const Frame& frame, const void* parameters, const void* images,
+                             bool need_handles);
+
+// Validates, then plans.
+Result<Plan> plan_effect(const EffectInfo& effect, const Frame& frame, const void* parameters, const void* images);
+
+// One instance of any effect on one stream of frames.
+class AnyEffect {
+  public:
+    static Result<std::unique_ptr<AnyEffect>> create(Context& context, const EffectInfo& effect);
+
+    const EffectInfo& info() const { return *info_; }
+
+    // Records the effect into `commands`. `parameters` and `images` point at the structs that info() describes.
+    Result<void> record(VkCommandBuffer commands, const Frame& frame, const void* parameters, const void* images);
+
+    std::vector<PassTime> times() { return executor_->times(); }
+
+  private:
+    AnyEffect(const EffectInfo& effect, std::unique_ptr<Executor> executor);
+    const EffectInfo* info_;
+    std::unique_ptr<Executor> executor_;
+    std::vector<Image> host_images_;
+};
+
+// The typed face of AnyEffect that hosts use: MotionBlur is Effect<MotionBlurParameters, MotionBlurImages>.
+template <class Parameters, class Images>
+class Effect {
+  public:
+    static const EffectInfo& info() { return Images::effect(); }
+
+    static Result<std::unique_ptr<Effect>> create(Context& context) {
+        auto effect = AnyEffect::create(context, info());
+        if (!effect)
+            return effect.error();
+        return std::unique_ptr<Effect>(new Effect(std::move(*effect)));
+    }
+
+    static Result<Plan> plan(const Frame& frame, const Parameters& parameters, const Images& images) {
+        return plan_effect(info(), frame, &parameters, &images);
+    }
+
+    Result<void> record(VkCommandBuffer commands, const Frame& frame, const Parameters& parameters,
+                        const Images& images) {
+        return effect_->record(commands, frame, &parameters, &images);
+    }
+
+    std::vector<PassTime> times() { return effect_->times(); }
+
+  private:
+    explicit Effect(std::unique_ptr<AnyEffect> effect) : effect_(std::move(effect)) {}
+    std::unique_ptr<AnyEffect> effect_;
+};
+
+} // namespace sfumato

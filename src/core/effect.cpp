@@ -1,0 +1,134 @@
+// The list of effects, and the validation of everything that a host passes to one.
+#include "sfumato/effect.h"
+
+#include "core/formats.h"
+#include "sfumato/effects/motion_blur.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace sfumato {
+
+std::span<const EffectInfo* const> effects() {
+    static const EffectInfo* const list[] = {
+        &MotionBlur::info(),
+    };
+    return list;
+}
+
+const EffectInfo* find_effect(std::string_view name) {
+    for (const EffectInfo* effect : effects())
+        if (effect->name == name)
+            return effect;
+    return nullptr;
+}
+
+namespace {
+
+// Larger images are more than any device's maxImageDimension2D, and keep pixel arithmetic far from overflow.
+constexpr uint32_t largest_side = 32768;
+
+Error invalid(const EffectInfo& effect, const std::string& message) {
+    return {ErrorCode::invalid_argument, std::string(effect.name) + ": " + message};
+}
+
+Result<void> validate_layout(const EffectInfo& effect, const ImageRole& role, const Image& image) {
+    const std::string name = std::string("image '") + role.name + "' ";
+    if (image.view == VK_NULL_HANDLE || image.handle == VK_NULL_HANDLE)
+        return invalid(effect, name + "has an extent but a null handle or view");
+    const bool readable =
+        image.layout == VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL || image.layout == VK_IMAGE_LAYOUT_GENERAL ||
+        image.layout == VK_IMAGE_LAYOUT_DEPTH_STENCIL_READ_ONLY_OPTIMAL ||
+        image.layout == VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_STENCIL_ATTACHMENT_OPTIMAL ||
+        image.layout == VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL || image.layout == VK_IMAGE_LAYOUT_READ_ONLY_OPTIMAL;
+    const bool fits = role.use == ImageUse::output ? image.layout == VK_IMAGE_LAYOUT_GENERAL : readable;
+    if (!fits)
+        return invalid(effect, name + "is in VkImageLayout " + std::to_string(image.layout) +
+                                   (role.use == ImageUse::output
+                                        ? "; an output must be in GENERAL"
+                                        : "; an input must be in SHADER_READ_ONLY_OPTIMAL, GENERAL or a depth "
+                                          "read-only layout"));
+    return {};
+}
+
+Result<void> validate_image(const EffectInfo& effect, const ImageRole& role, const Image& image, bool need_handles) {
+    const std::string name = std::string("image '") + role.name + "' ";
+    if (!image) {
+        if (image.extent.width != 0 || image.extent.height != 0)
+            return invalid(effect, name + "is " + extent_text(image.extent) + "; both sides must be at least 1");
+        if (role.use == ImageUse::optional_input)
+            return {};
+        return invalid(effect, name + "is missing: " + role.doc);
+    }
+    if (image.extent.width > largest_side || image.extent.height > largest_side)
+        return invalid(effect, name + "is " + extent_text(image.extent) + "; each side may be at most " +
+                                   std::to_string(largest_side));
+    const FormatInfo* format = find_format(image.format);
+    if (!format)
+        return invalid(effect, name + "has VkFormat " + std::to_string(image.format) + ", which no effect takes");
+    if (format->components < role.components)
+        return invalid(effect, name + "has format " + format->name + "; it needs at least " +
+                                   std::to_string(role.components) + " components");
+    if (role.is_signed && !format->is_signed)
+        return invalid(effect, name + "has format " + format->name + ", which cannot hold negative values");
+    if (role.use == ImageUse::output && format->is_depth)
+        return invalid(effect, name + "has depth format " + format->name + ", which cannot be written");
+    return need_handles ? validate_layout(effect, role, image) : Result<void>{};
+}
+
+bool finite(const Camera& camera) {
+    const auto all = [](const auto& values) {
+        return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+    };
+    return all(camera.world_to_view) && all(camera.projection) && all(camera.jitter);
+}
+
+Result<void> validate_frame(const EffectInfo& effect, const Frame& frame) {
+    if (!(std::isfinite(frame.time_step) && frame.time_step > 0.0f))
+        return invalid(effect, "frame.time_step is " + std::to_string(frame.time_step) +
+                                   " s; it must be finite and above 0");
+    const std::pair<const char*, const std::optional<Camera>*> cameras[] = {
+        {"camera", &frame.camera}, {"previous_camera", &frame.previous_camera}, {"next_camera", &frame.next_camera}};
+    for (const auto& [name, camera] : cameras)
+        if (*camera && !finite(**camera))
+            return invalid(effect, std::string("frame.") + name + " holds NaN or infinity");
+    if (frame.depth_kind == DepthKind::device && !frame.camera)
+        return invalid(effect, "frame.depth_kind is device, but frame.camera is missing: depth is read off its "
+                               "projection");
+    return {};
+}
+
+} // namespace
+
+Result<void> validate_effect(const EffectInfo& effect, const Frame& frame, const void* parameters, const void* images,
+                             bool need_handles) {
+    if (auto valid = validate_parameters(*effect.parameters, parameters); !valid)
+        return valid.error();
+    if (auto valid = validate_frame(effect, frame); !valid)
+        return valid.error();
+    const Image* inputs[64];
+    size_t input_count = 0;
+    for (const ImageRole& role : effect.images) {
+        // Roles hand out mutable references for tools that fill the struct; here it is only read.
+        const Image& image = role.get(const_cast<void*>(images));
+        if (auto valid = validate_image(effect, role, image, need_handles); !valid)
+            return valid.error();
+        if (role.use != ImageUse::output && image && need_handles && input_count < 64)
+            inputs[input_count++] = &image;
+    }
+    for (const ImageRole& role : effect.images)
+        for (size_t i = 0; i < input_count && role.use == ImageUse::output && need_handles; ++i)
+            if (const Image& image = role.get(const_cast<void*>(images)); image && image.view == inputs[i]->view)
+                return invalid(effect, std::string("image '") + role.name +
+                                           "' is also an input; an effect cannot work in place");
+    return {};
+}
+
+Result<Plan> plan_effect(const EffectInfo& effect, const Frame& frame, const void* parameters, const void* images) {
+    if (auto valid = validate_effect(effect, frame, parameters, images, false); !valid)
+        return valid.error();
+    return effect.plan(frame, parameters, images);
+}
+
+} // namespace sfumato
