@@ -117,6 +117,14 @@ Result<void> validate_effect(const EffectInfo& effect, const Frame& frame, const
         if (role.use != ImageUse::output && image && need_handles && input_count < 64)
             inputs[input_count++] = &image;
     }
+    // Every pixel of an output is written: it has the size of what the effect works on, its first image.
+    const Image& first = effect.images.front().get(const_cast<void*>(images));
+    for (const ImageRole& role : effect.images)
+        if (const Image& image = role.get(const_cast<void*>(images));
+            role.use == ImageUse::output && image && image.extent != first.extent)
+            return invalid(effect, std::string("image '") + role.name + "' is " + extent_text(image.extent) +
+                                       "; it must have the size of '" + effect.images.front().name + "', " +
+                                       extent_text(first.extent));
     for (const ImageRole& role : effect.images)
         for (size_t i = 0; i < input_count && role.use == ImageUse::output && need_handles; ++i)
             if (const Image& image = role.get(const_cast<void*>(images)); image && image.view == inputs[i]->view)

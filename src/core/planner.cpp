@@ -57,10 +57,39 @@ Plan Planner::finish() && {
     return std::move(plan_);
 }
 
+namespace {
+
+// The pass from 0 to `end` that last wrote the buffer, or `end` if none did.
+size_t last_writer(const Plan& plan, ResourceId buffer, size_t end) {
+    for (size_t i = end; i-- > 0;)
+        for (const Access& access : plan.passes[i].accesses)
+            if (access.resource == buffer && is_write(access.kind))
+                return i;
+    return end;
+}
+
+// A barrier that stands between the writing of commands and their dispatch is widened to cover reading them; where there
+// is none, the dispatching pass gets one.
+void guard_commands(Plan& plan, size_t dispatching) {
+    const size_t writer = last_writer(plan, plan.passes[dispatching].dispatch.target, dispatching);
+    if (writer == dispatching)
+        return;
+    for (size_t i = dispatching; i > writer; --i)
+        if (plan.passes[i].barrier != Barrier::none) {
+            plan.passes[i].barrier = Barrier::memory_and_indirect;
+            return;
+        }
+    plan.passes[dispatching].barrier = Barrier::memory_and_indirect;
+}
+
+} // namespace
+
 void place_barriers(Plan& plan) {
     std::vector<Access> pending; // since the last barrier
-    for (Pass& pass : plan.passes) {
+    for (Pass& pass : plan.passes)
         pass.barrier = Barrier::none;
+    for (size_t i = 0; i < plan.passes.size(); ++i) {
+        Pass& pass = plan.passes[i];
         for (const Access& access : pass.accesses) {
             if (access.resource == no_resource)
                 continue;
@@ -71,13 +100,8 @@ void place_barriers(Plan& plan) {
                     pass.barrier = Barrier::memory;
             }
         }
-        if (pass.dispatch.kind == DispatchKind::indirect) {
-            const bool written = std::any_of(pending.begin(), pending.end(), [&](const Access& earlier) {
-                return earlier.resource == pass.dispatch.target && is_write(earlier.kind);
-            });
-            if (written)
-                pass.barrier = Barrier::memory_and_indirect;
-        }
+        if (pass.dispatch.kind == DispatchKind::indirect)
+            guard_commands(plan, i);
         if (pass.barrier != Barrier::none)
             pending.clear();
         for (const Access& access : pass.accesses)
@@ -91,7 +115,10 @@ void place_barriers(Plan& plan) {
 
 namespace {
 
-std::string check_access(const Plan& plan, const Access& access, std::vector<bool>& written) {
+// Of every resource, the mips that the passes so far have written, as bits.
+using Written = std::vector<uint64_t>;
+
+std::string check_access(const Plan& plan, const Access& access, const Written& written) {
     if (access.resource == no_resource)
         return is_write(access.kind) || is_buffer(access.kind) ? "binds nothing for writing" : "";
     if (access.resource >= plan.resources.size())
@@ -106,31 +133,54 @@ std::string check_access(const Plan& plan, const Access& access, std::vector<boo
             return "writes the history " + resource.name;
         if (access.mip == all_mips)
             return "writes all mips of " + resource.name + " at once";
-        written[access.resource] = true;
     } else if (resource.kind == ResourceKind::transient || resource.kind == ResourceKind::current ||
                resource.kind == ResourceKind::buffer) {
-        if (!written[access.resource])
+        const uint64_t needed =
+            access.mip == all_mips ? (uint64_t{1} << resource.mips) - 1 : uint64_t{1} << access.mip;
+        if ((written[access.resource] & needed) != needed)
             return "reads " + resource.name + " before anything wrote it";
     }
     return "";
 }
 
-std::string check_dispatch(const Plan& plan, const Pass& pass) {
+std::string check_dispatch(const Plan& plan, const Pass& pass, const Written& written) {
     const Dispatch& dispatch = pass.dispatch;
     if (dispatch.target >= plan.resources.size())
         return "dispatches over no resource";
     const Resource& target = plan.resources[dispatch.target];
-    if (dispatch.kind == DispatchKind::indirect)
-        return target.kind == ResourceKind::buffer && dispatch.offset % 4 == 0 && dispatch.offset + 12 <= target.bytes
-                   ? ""
-                   : "dispatches from " + target.name + ", which holds no command there";
-    return target.extent ? "" : "dispatches over " + target.name + ", which has no texels";
+    if (dispatch.kind != DispatchKind::indirect)
+        return target.extent && dispatch.mip < target.mips ? "" : "dispatches over " + target.name +
+                                                                      ", which has no texels there";
+    if (target.kind != ResourceKind::buffer || dispatch.offset % 4 != 0 || dispatch.offset + 12 > target.bytes)
+        return "dispatches from " + target.name + ", which holds no command there";
+    if (written[dispatch.target] == 0)
+        return "dispatches from " + target.name + " before anything wrote it";
+    for (const Access& access : pass.accesses)
+        if (access.resource == dispatch.target && is_write(access.kind))
+            return "writes " + target.name + " while it is dispatched from it";
+    return "";
+}
+
+// Hazards are tracked by resource: two of them for one image would hide one.
+std::string check_host_images(const Plan& plan) {
+    for (size_t i = 0; i < plan.resources.size(); ++i)
+        for (size_t j = 0; j < i; ++j)
+            if (plan.resources[i].kind == ResourceKind::host && plan.resources[j].kind == ResourceKind::host &&
+                plan.resources[i].index == plan.resources[j].index)
+                return plan.effect + " takes host image " + std::to_string(plan.resources[i].index) + " twice, as " +
+                       plan.resources[j].name + " and " + plan.resources[i].name;
+    return "";
 }
 
 } // namespace
 
 std::string check_plan(const Plan& plan) {
-    std::vector<bool> written(plan.resources.size(), false);
+    if (const std::string defect = check_host_images(plan); !defect.empty())
+        return defect;
+    for (const Resource& resource : plan.resources)
+        if (resource.mips < 1 || resource.mips > 32)
+            return plan.effect + ": " + resource.name + " has " + std::to_string(resource.mips) + " mips";
+    Written written(plan.resources.size(), 0);
     for (const Pass& pass : plan.passes) {
         const std::string where = plan.effect + "/" + pass.name + " ";
         for (const Access& access : pass.accesses)
@@ -143,8 +193,11 @@ std::string check_plan(const Plan& plan) {
                 if (a.resource != no_resource && overlap(a, b) && (is_write(a.kind) || is_write(b.kind)))
                     return where + "binds " + plan.resources[a.resource].name + " twice, once for writing";
             }
-        if (const std::string defect = check_dispatch(plan, pass); !defect.empty())
+        if (const std::string defect = check_dispatch(plan, pass, written); !defect.empty())
             return where + defect;
+        for (const Access& access : pass.accesses)
+            if (is_write(access.kind))
+                written[access.resource] |= uint64_t{1} << access.mip;
     }
     return "";
 }

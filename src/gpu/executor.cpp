@@ -52,21 +52,11 @@ ExecutorState::~ExecutorState() {
 Result<void> ExecutorState::begin_frame(uint64_t index) {
     if (has_frame && index == frame_index)
         return {};
-    has_frame = true;
-    frame_index = index;
-    context->executors[id] = ++serial;
-    for (HistoryImages& history : histories)
-        history.current = 1 - history.current;
-    FrameSlot& frame = slot();
+    // What can fail comes first: a frame that could not begin is begun anew by the next call.
+    FrameSlot& frame = slots[(serial + 1) % slots.size()];
     for (VkDescriptorPool pool : frame.pools)
         if (VkResult r = context->vk.vkResetDescriptorPool(context->info.device, pool, 0); r != VK_SUCCESS)
             return vulkan_error("vkResetDescriptorPool", r);
-    frame.pool = 0;
-    frame.chunk = 0;
-    for (ConstantsChunk& chunk : frame.chunks)
-        chunk.used = 0;
-    frame.query_count = 0;
-    frame.timed.clear();
     if (context->info.timestamps && !frame.queries) {
         VkQueryPoolCreateInfo create{VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO};
         create.queryType = VK_QUERY_TYPE_TIMESTAMP;
@@ -75,6 +65,17 @@ Result<void> ExecutorState::begin_frame(uint64_t index) {
             r != VK_SUCCESS)
             return vulkan_error("vkCreateQueryPool", r);
     }
+    has_frame = true;
+    frame_index = index;
+    context->executors[id] = ++serial;
+    for (HistoryImages& history : histories)
+        history.current = 1 - history.current;
+    frame.pool = 0;
+    frame.chunk = 0;
+    for (ConstantsChunk& chunk : frame.chunks)
+        chunk.used = 0;
+    frame.query_count = 0;
+    frame.timed.clear();
     context->evict(frames_kept);
     return {};
 }

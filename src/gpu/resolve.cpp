@@ -28,13 +28,10 @@ Result<ResolvedPlan> ExecutorState::resolve(const Plan& plan, std::span<const Im
             return fail({ErrorCode::invalid_argument, "the plan takes image " + std::to_string(resource.index) +
                                                           " ('" + resource.name + "'), but only " +
                                                           std::to_string(images.size()) + " were passed"});
-        if (resource.kind == ResourceKind::current)
+        if (resource.kind == ResourceKind::previous || resource.kind == ResourceKind::current) {
+            // Either comes first in a plan: both sides must have the new extent before one is taken.
             if (auto history = resolve_history(resource, reset, resolved); !history)
                 return fail(history.error());
-        if (resource.kind == ResourceKind::previous || resource.kind == ResourceKind::current) {
-            if (resource.index >= histories.size() || !histories[resource.index].images[0])
-                if (auto history = resolve_history(resource, reset, resolved); !history)
-                    return fail(history.error());
             HistoryImages& history = histories[resource.index];
             const uint32_t side = resource.kind == ResourceKind::current ? history.current : 1 - history.current;
             resolved.images[number] = history.images[side].get();
@@ -203,7 +200,8 @@ Result<void> ExecutorState::dispatch_size(const Plan& plan, const Pass& pass, Re
 Result<VkDescriptorSet> ExecutorState::allocate_set(VkDescriptorSetLayout layout) {
     FrameSlot& frame = slot();
     for (;; ++frame.pool) {
-        if (frame.pool == frame.pools.size()) {
+        const bool is_new = frame.pool == frame.pools.size();
+        if (is_new) {
             const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 12 * sets_per_pool},
                                                   {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 6 * sets_per_pool},
                                                   {VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 8 * sets_per_pool}};
@@ -225,7 +223,7 @@ Result<VkDescriptorSet> ExecutorState::allocate_set(VkDescriptorSetLayout layout
             return set;
         // A full pool is followed by a new one; a new one that is full already will never do.
         const bool is_full = r == VK_ERROR_OUT_OF_POOL_MEMORY || r == VK_ERROR_FRAGMENTED_POOL;
-        if (!is_full || frame.pool + 1 > frame.pools.size() + 8)
+        if (!is_full || is_new)
             return vulkan_error("vkAllocateDescriptorSets", r);
     }
 }
@@ -276,18 +274,21 @@ Result<void> ExecutorState::add_chunk(FrameSlot& frame) {
             r != VK_SUCCESS)
             return vulkan_error("vkCreateDescriptorPool", r);
     }
-    VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO, nullptr, frame.chunk_pool, 1,
-                                         &context->constants_layout};
     ConstantsChunk chunk;
-    if (VkResult r = context->vk.vkAllocateDescriptorSets(context->info.device, &allocate, &chunk.set);
-        r != VK_SUCCESS)
-        return vulkan_error("vkAllocateDescriptorSets", r);
     // The last constants of a chunk may start at its end: the descriptor's range reaches past them.
     auto buffer =
         context->create_buffer(chunk_bytes + largest_constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, true);
     if (!buffer)
         return buffer.error();
     chunk.buffer = std::move(*buffer);
+    // The set comes last: it could not be given back if the buffer failed.
+    VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO, nullptr, frame.chunk_pool, 1,
+                                         &context->constants_layout};
+    if (VkResult r = context->vk.vkAllocateDescriptorSets(context->info.device, &allocate, &chunk.set);
+        r != VK_SUCCESS) {
+        context->destroy(*chunk.buffer);
+        return vulkan_error("vkAllocateDescriptorSets", r);
+    }
     context->constant_bytes += chunk.buffer->bytes;
     const VkDescriptorBufferInfo info{chunk.buffer->buffer, 0, largest_constants};
     const VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,

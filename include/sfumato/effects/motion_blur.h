@@ -38,25 +38,30 @@ struct MotionBlurParameters {
     int generated_frames = 1;
 
     float radius = 0.06f;
-    int taps = 15;
-    float taps_per_pixel = 0.0f;
+    int taps = 10;
+    float taps_per_pixel = 1.0f;
+    int least_taps = 6;
+    int search_taps = 8;
+    bool second_direction = true;
+    bool filter_taps = true;
     BlurWeighting weighting = BlurWeighting::coverage;
     bool alternate = false;
     TapJitter jitter = TapJitter::gradient_noise;
+    float jitter_amount = 0.5f;
     bool animate_jitter = false;
-    bool tile_jitter = true;
+    bool tile_jitter = false;
     int iterations = 1;
     bool hdr_weighting = false;
 
     DepthComparison depth_comparison = DepthComparison::relative;
     float soft_extent = 0.02f;
     float weight_background = 1.0f;
-    float weight_foreground = 1.0f;
+    float weight_foreground = 0.25f;
     float weight_mutual = 1.0f;
-    float weight_centre = 1.0f;
+    float weight_centre = 0.5f;
 
     VelocityStorage storage = VelocityStorage::half;
-    bool repair_edges = false;
+    bool repair_edges = true;
     LayerBlend layer_1_blend = LayerBlend::add;
     float layer_1_strength = 1.0f;
     LayerBlend layer_2_blend = LayerBlend::add;
@@ -67,6 +72,7 @@ struct MotionBlurParameters {
     bool test_edge_neighbours = true;
     bool tile_classes = true;
     float uniform_tolerance = 0.05f;
+    float uniform_pixels = 0.5f;
 
     MotionBlurView debug_view = MotionBlurView::none;
 

@@ -53,7 +53,8 @@ struct Setup {
     Extent tiles;
     float radius; // pixels
     MotionBlurConstants constants{};
-    ResourceId surface = no_resource, tile_image = no_resource, neighbours = no_resource, lists = no_resource;
+    ResourceId surface = no_resource, tile_image = no_resource, tile_spread = no_resource, neighbours = no_resource;
+    ResourceId tile_classes = no_resource, lists = no_resource;
     ResourceId colour = no_resource, output = no_resource;
 
     bool is_packed() const { return parameters.storage == VelocityStorage::packed; }
@@ -98,13 +99,14 @@ void set_constants(Setup& s) {
     c.centre = centre_of(p.shutter_position);
     c.radius = s.radius;
     c.uniform_tolerance = p.uniform_tolerance;
+    c.uniform_pixels = p.uniform_pixels;
     c.soft_extent = p.soft_extent;
     c.weight_background = p.weight_background;
     c.weight_foreground = p.weight_foreground;
     c.weight_mutual = p.weight_mutual;
     c.weight_centre = p.weight_centre;
-    // The same number of taps at every resolution.
-    c.taps_per_pixel = p.taps_per_pixel * 1080.0f / height;
+    c.taps_per_pixel = p.taps_per_pixel;
+    c.jitter_amount = p.jitter_amount;
     c.debug_scale = s.radius > 0.0f ? 1.0f / s.radius : 0.0f;
 }
 
@@ -129,6 +131,7 @@ void plan_velocity(Planner& planner, Setup& s) {
     s.surface = planner.transient("velocity and depth", s.is_packed() ? VK_FORMAT_R32_UINT : VK_FORMAT_R32G32_UINT,
                                   s.extent);
     s.tile_image = planner.transient("tile maximum", VK_FORMAT_R32G32B32A32_SFLOAT, s.tiles);
+    s.tile_spread = planner.transient("tile spread", VK_FORMAT_R32_SFLOAT, s.tiles);
     s.lists = planner.buffer("tile lists", 48 + uint64_t{12} * s.tiles.width * s.tiles.height);
     const auto layer = [](const Image& image, LayerBlend blend) {
         return image ? static_cast<uint32_t>(blend) + 1 : 0;
@@ -158,6 +161,7 @@ void plan_velocity(Planner& planner, Setup& s) {
                      input("exclusion mask", 8, i.exclusion_mask),
                      write(s.surface),
                      write(s.tile_image),
+                     write(s.tile_spread),
                      {s.lists, AccessKind::buffer_write, 0, false}};
     pass.constants = constants_of(s.constants);
     pass.dispatch = {DispatchKind::groups, s.tile_image, 0, 0};
@@ -165,6 +169,7 @@ void plan_velocity(Planner& planner, Setup& s) {
 
 void plan_neighbours(Planner& planner, Setup& s) {
     s.neighbours = planner.transient("neighbour maximum", VK_FORMAT_R32G32B32A32_SFLOAT, s.tiles);
+    s.tile_classes = planner.transient("tile class", VK_FORMAT_R32_SFLOAT, s.tiles);
     const float reach = s.radius * (1.0f + std::abs(s.constants.centre));
     const auto rings = std::max(1u, static_cast<uint32_t>(std::ceil(reach / static_cast<float>(s.tile))));
     Pass& pass = planner.pass("neighbours", shader::neighbours);
@@ -174,7 +179,8 @@ void plan_neighbours(Planner& planner, Setup& s) {
                            s.parameters.test_edge_neighbours,
                            s.parameters.tile_classes,
                            (s.tile / 8) * (s.tile / 8)};
-    pass.accesses = {read(s.tile_image), write(s.neighbours), {s.lists, AccessKind::buffer_write, 0, false}};
+    pass.accesses = {read(s.tile_image), read(s.tile_spread), write(s.neighbours), write(s.tile_classes),
+                     {s.lists, AccessKind::buffer_write, 0, false}};
     pass.constants = constants_of(s.constants);
     pass.dispatch = {DispatchKind::texels, s.neighbours, 0, 0};
 }
@@ -199,8 +205,12 @@ void plan_gather(Planner& planner, Setup& s, uint32_t tile_class, ResourceId mea
                            p.hdr_weighting,
                            p.depth_comparison == DepthComparison::absolute,
                            mean != no_resource,
-                           debug};
-    pass.accesses = {read(s.colour),      read(s.surface),
+                           debug,
+                           p.filter_taps,
+                           static_cast<uint32_t>(p.search_taps),
+                           static_cast<uint32_t>(p.least_taps),
+                           p.second_direction};
+    pass.accesses = {{s.colour, AccessKind::filter, 0, false}, read(s.surface),
                      read(s.neighbours),  read(mean),
                      {s.lists, AccessKind::buffer_read, 0, false}, write(target, true)};
     pass.constants = constants_of(s.constants);
@@ -210,7 +220,7 @@ void plan_gather(Planner& planner, Setup& s, uint32_t tile_class, ResourceId mea
 void plan_debug(Planner& planner, Setup& s, uint32_t view) {
     Pass& pass = planner.pass("debug", shader::debug);
     pass.specialization = {s.tile, s.is_packed(), view};
-    pass.accesses = {read(s.colour), read(s.surface), read(s.tile_image), read(s.neighbours), write(s.output)};
+    pass.accesses = {read(s.colour), read(s.surface), read(s.tile_image), read(s.neighbours), read(s.tile_classes), write(s.output)};
     pass.constants = constants_of(s.constants);
     pass.dispatch = {DispatchKind::texels, s.output, 0, 0};
 }

@@ -1,59 +1,196 @@
-// The `coverage` weighting: which surface is seen at the pixel for what share of the shutter?
-//  1. Others in front: taps along n that lie nearer and whose own path passes over the pixel while the shutter is open.
-//     Each stands for a stretch of the line that takes (spacing of taps) / (its speed) of the time to pass.
-//  2. Of the rest of the time, the pixel's own surface: taps along its own path. A tap of like depth is the same
-//     surface, so at that moment it still covers the pixel; a nearer tap hides what was there and says nothing.
-//  3. Of what is left, the background: the taps behind, found along the same path.
-// The shares sum to one.
-vec4 gather_coverage(vec2 pixel, Tap here, vec2 n, float j) {
-    Sum front = Sum(vec4(0), 0.0);
-    float front_share = 0.0;
-    const float reach = length(n);
-    const int front_taps = tap_count(reach);
-    for (int i = 0; i < front_taps; ++i) {
-        const vec2 offset = -(constants.centre + tap_place(i, front_taps, j)) * n;
-        const Tap tap = tap_at(tap_position(pixel, offset));
-        if (tap.speed < still_length || tap.z >= here.z - soft(here.z, tap.z))
+// The `coverage` weighting: which surface is seen at the pixel for what share of the time that the shutter is open? The
+// shares sum to one, so there is no centre weight and no renormalisation.
+//  1. Surfaces that pass in front. A search along the dominant vector fetches no colour: it looks for nearer taps that
+//     move unlike the pixel. Where there are none, which is nearly everywhere, that is all. Where those found move like
+//     n, the taps of the search serve; where they do not (a rotating thing, a slower thing in a fast thing's tile), the
+//     mean of their vectors takes the place of n and the line is walked again. A tap counts if its own path passes over
+//     the pixel while the shutter is open, and stands for (spacing of taps) / (its speed) of the time.
+//  2. In the rest of the time, the pixel's own surface. Taps run along its own path. A tap that moves like the pixel, or
+//     lies at like depth, is carried over the pixel at that moment, so the surface is seen; a nearer one hides what was
+//     there and says nothing; one behind shows that the surface has moved away.
+//  3. When it has moved away, the background. Of the taps behind, the ones closest to the pixel weigh most.
+//
+// Paths bend where velocity changes over the surface. What is at X at time s came from Y with Y + s v(Y) = X; to second
+// order Y = X - s v + s² a, where a is the change of v along v. Two taps measure it.
+
+const float alike = 0.3;         // of the longer vector: closer vectors move together
+const float steady = 0.1;        // of n: vectors this close to n need no second walk
+const float curved_above = 2.0;  // pixels: shorter paths are taken as straight
+const float across_least = 1.0;  // pixels that the second vector must reach to the side of n
+const float clear_of_edge = 0.5; // pixels
+const int least_hits = 2;        // one hit alone says too little of its surface's motion
+
+struct Share {
+    Sum sum;
+    float share; // without the HDR weight
+};
+
+const Share no_share = Share(Sum(vec4(0), 0.0), 0.0);
+
+void add(inout Share part, Tap tap, Tap here, float w) {
+    add(part.sum, tap, here, w);
+    part.share += w;
+}
+
+bool moves_alike(Tap a, Tap b) { return distance(a.v, b.v) <= alike * max(a.speed, b.speed); }
+
+bool passes_in_front(Tap tap, Tap here) {
+    return tap.speed >= still_length && tap.z < here.z - soft(here.z, tap.z) && !moves_alike(tap, here);
+}
+
+struct Arrival {
+    float u;    // place in the shutter at which the tap is closest to the pixel
+    float miss; // how far it passes from it, pixels
+    float over; // how much of it passes over the pixel, [0, 1]
+};
+
+Arrival arrival(Tap tap, vec2 offset) {
+    const float s = -dot(offset, tap.v) / (tap.speed * tap.speed);
+    Arrival a;
+    a.u = s - constants.centre;
+    a.miss = length(offset + s * tap.v);
+    // Both edges are a pixel wide. The farther away, the less straight the way can be expected to be.
+    a.over = clamp((1.0 - abs(a.u)) * tap.speed + 0.5, 0.0, 1.0) *
+             clamp(1.5 + 0.3 * length(offset) - a.miss, 0.0, 1.0);
+    return a;
+}
+
+// Share of the time for which a tap covers the pixel, where taps are `spacing` apart along the line.
+float front_share(Tap tap, Arrival a, float spacing) {
+    const float mean_weight = curve == 0 ? 1.0 : curve == 1 ? 0.5 : 8.0 / 15.0;
+    return a.over * shutter_weight(clamp(a.u, -1.0, 1.0)) / mean_weight * spacing / (2.0 * tap.speed);
+}
+
+// `phase` is a second jitter, so that the search and the walks do not fall on the same places.
+Share walk_front(vec2 pixel, Tap here, vec2 n, float j, float phase) {
+    Share front = no_share;
+    // Both ways along n, whatever the shutter position: there may be things that move against it.
+    const float reach = 1.0 + abs(constants.centre);
+    const float n_length = length(n);
+    const int count = tap_count(n_length, search_taps);
+    vec2 mean = vec2(0);
+    float weight = 0.0;
+    float deviation = 0.0;
+    int hits = 0;
+    for (int i = 0; i < count; ++i) {
+        const vec2 offset = -(reach * tap_place(i, count, phase)) * n;
+        const Tap tap = surface_tap(pixel, offset);
+        if (!passes_in_front(tap, here))
             continue;
-        const float s = -dot(offset, tap.v) / (tap.speed * tap.speed); // when it is closest to the pixel
-        const vec2 miss = offset + s * tap.v;
-        const float covers = clamp((1.0 - abs(s - constants.centre)) * tap.speed + 0.5, 0.0, 1.0) *
-                             clamp(1.5 - length(miss), 0.0, 1.0);
-        const float share = covers * reach / (tap.speed * float(front_taps)) * shutter_weight(s - constants.centre);
-        front_share += share;
+        const Arrival a = arrival(tap, offset);
+        // Taps whose paths come close to the pixel tell most of what passes over it. The line has no sign.
+        const float w = clamp(3.0 * (1.2 - abs(a.u)), 0.0, 1.0) *
+                            clamp(2.0 - a.miss / (1.0 + 0.5 * length(offset)), 0.0, 1.0) +
+                        1e-6;
+        const vec2 v = dot(tap.v, n) < 0.0 ? -tap.v : tap.v;
+        mean += w * v;
+        weight += w;
+        deviation = max(deviation, distance(v, n));
+        ++hits;
+    }
+    used_taps += float(count);
+    if (hits == 0)
+        return front;
+    mean /= weight;
+    const bool again = hits >= least_hits && deviation > steady * n_length && length(mean) >= still_length;
+    const vec2 line = again ? mean : n;
+    const int walk_count = again ? tap_count(length(line), taps) : count;
+    const float spacing = 2.0 * reach * length(line) / float(walk_count);
+    for (int i = 0; i < walk_count; ++i) {
+        const vec2 offset = -(reach * tap_place(i, walk_count, again ? j : phase)) * line;
+        Tap tap = surface_tap(pixel, offset);
+        if (!passes_in_front(tap, here))
+            continue;
+        const float share = front_share(tap, arrival(tap, offset), spacing);
+        if (share <= 0.0)
+            continue;
+        fetch_colour(tap, pixel, offset);
         add(front, tap, here, share);
     }
-    Sum own = Sum(vec4(0), 0.0);
-    Sum back = Sum(vec4(0), 0.0);
-    float own_share = 0.0;
-    float back_share = 0.0;
-    used_taps = float(front_taps);
+    used_taps += float(walk_count);
+    return front;
+}
+
+// The change of velocity along the pixel's own path, from the surface half way along it on both sides.
+vec2 bend(vec2 pixel, Tap here) {
+    vec2 sum = vec2(0);
+    float count = 0.0;
+    for (int side = 0; side < 2; ++side) {
+        const float s = constants.centre + (side == 0 ? -0.5 : 0.5);
+        const Tap tap = surface_tap(pixel, -s * here.v);
+        if (distance(tap.v, here.v) > 0.5 * here.speed)
+            continue; // another surface
+        sum += (here.v - tap.v) / s;
+        count += 1.0;
+    }
+    return count > 0.0 ? sum / count : vec2(0);
+}
+
+void mix_in(inout vec4 difference, inout float total, Share part, float share) {
+    if (part.share <= 0.0 || share <= 0.0)
+        return;
+    const float scale = share / part.share;
+    total += scale * part.sum.weight;
+    difference += scale * part.sum.difference;
+}
+
+vec4 gather_coverage(vec2 pixel, Tap here, vec2 n, vec2 second, float j, float phase) {
+    Share front = no_share, own = no_share, back = no_share;
+    float own_time = 0.0, back_time = 0.0;
+    const float n_length = length(n);
+    // Where nothing in reach is faster than the pixel or moves otherwise, its own path meets whatever there is.
+    const bool search = distance(n, here.v) > steady * n_length && n_length >= still_length;
+    if (search)
+        front = walk_front(pixel, here, n, j, phase);
+    // Something that passes across the dominant vector is met by none of its taps.
+    const bool search_second = second_direction && front.share <= 0.0 &&
+                               abs(cross_product(second, n)) > across_least * n_length &&
+                               distance(second, here.v) > steady * length(second);
+    if (search_second)
+        front = walk_front(pixel, here, second, j, phase);
     if (here.speed >= still_length) {
-        const int own_taps = tap_count(here.speed);
-        used_taps += float(own_taps);
-        for (int i = 0; i < own_taps; ++i) {
-            const float u = tap_place(i, own_taps, j);
-            const Tap tap = tap_at(tap_position(pixel, -(constants.centre + u) * here.v));
-            const float away = (tap.z - here.z) / soft(here.z, tap.z);
+        const int count = tap_count(here.speed, taps);
+        const vec2 a = here.speed > curved_above ? bend(pixel, here) : vec2(0);
+        used_taps += float(count);
+        for (int i = 0; i < count; ++i) {
+            const float u = tap_place(i, count, j);
+            const float s = constants.centre + u;
+            const vec2 offset = -s * here.v + s * s * a;
+            if (!is_inside(pixel, offset))
+                continue; // unknown, as if hidden
+            Tap tap = surface_tap(pixel, offset);
             const float open = shutter_weight(u);
-            if (abs(away) <= 1.0) {
-                own_share += open;
+            const float away = (tap.z - here.z) / soft(here.z, tap.z);
+            if (moves_alike(tap, here) || abs(away) <= 1.0) {
+                fetch_colour(tap, pixel, offset);
+                own_time += open;
                 add(own, tap, here, open);
             } else if (away > 1.0) {
-                back_share += open;
-                add(back, tap, here, open);
+                // The pixels next to a silhouette hold some of both colours; take it from a little farther out.
+                const float d = length(offset);
+                fetch_colour(tap, pixel, (1.0 + clear_of_edge / max(d, 0.5)) * offset);
+                const float near = max(d * d, 0.25);
+                back_time += open;
+                add(back, tap, here, open / (near * near));
+            } else if (!search && !search_second && passes_in_front(tap, here)) {
+                fetch_colour(tap, pixel, offset);
+                const float spacing = 2.0 * here.speed / float(count);
+                add(front, tap, here, front_share(tap, arrival(tap, offset), spacing));
             }
         }
     }
-    const float known = own_share + back_share;
-    const float covered = min(front_share, 1.0);
+    const float covered = min(front.share, 1.0);
+    const float known = own_time + back_time;
+    const float left = 1.0 - covered;
     other_share = covered;
-    vec4 result = here.colour;
-    if (front.weight > 0.0)
-        result += covered * front.difference / front.weight;
-    if (own.weight > 0.0)
-        result += (1.0 - covered) * own_share / known * own.difference / own.weight;
-    if (back.weight > 0.0)
-        result += (1.0 - covered) * back_share / known * back.difference / back.weight;
-    return result;
+    vec4 difference = vec4(0);
+    float total = 0.0;
+    mix_in(difference, total, front, covered);
+    if (known > 0.0) {
+        mix_in(difference, total, own, left * own_time / known);
+        mix_in(difference, total, back, left * back_time / known);
+    } else {
+        total += left * here.hdr; // still, or hidden at every other moment: the pixel's own colour
+    }
+    return total > 0.0 ? here.colour + difference / total : here.colour;
 }

@@ -17,6 +17,10 @@ layout(constant_id = 10) const bool hdr_weighting = false;
 layout(constant_id = 11) const bool soft_extent_is_absolute = false;
 layout(constant_id = 12) const bool accumulates = false; // not the first iteration
 layout(constant_id = 13) const uint debug_view = 0;      // 1 taps, 2 share of other surfaces
+layout(constant_id = 14) const bool filter_taps = true;  // bilinear colour
+layout(constant_id = 15) const int search_taps = 12;     // coverage: of velocity and depth only
+layout(constant_id = 16) const int least_taps = 6;       // below which taps_per_pixel does not go
+layout(constant_id = 17) const bool second_direction = false;
 
 layout(set = 0, binding = 0) uniform sampler2D colour_image;
 layout(set = 0, binding = 1) uniform usampler2D surface_image;
@@ -38,18 +42,38 @@ Surface surface_at(ivec2 pixel) {
     return is_packed ? unpack_8_bit(code.x, constants.radius) : unpack_half(code);
 }
 
-ivec2 tap_position(vec2 pixel, vec2 offset) {
-    return clamp(ivec2(floor(pixel + 0.5 + offset)), ivec2(0), ivec2(constants.size) - 1);
+vec4 colour_at(vec2 pixel, vec2 offset) {
+    if (filter_taps)
+        return sane(textureLod(colour_image, (pixel + 0.5 + offset) / constants.size, 0.0));
+    const ivec2 position = ivec2(floor(pixel + 0.5 + offset));
+    return sane(texelFetch(colour_image, clamp(position, ivec2(0), ivec2(constants.size) - 1), 0));
 }
 
-Tap tap_at(ivec2 position) {
-    const Surface s = surface_at(position);
-    Tap tap;
-    tap.v = s.v;
-    tap.speed = length(s.v);
-    tap.z = s.z;
-    tap.colour = sane(texelFetch(colour_image, position, 0));
-    tap.hdr = hdr_weighting ? 1.0 / (1.0 + max(luminance(tap.colour.rgb), 0.0)) : 1.0;
+// Velocity and depth are those of one pixel.
+Tap surface_tap(vec2 pixel, vec2 offset) {
+    const ivec2 position = ivec2(floor(pixel + 0.5 + offset));
+    const Surface s = surface_at(clamp(position, ivec2(0), ivec2(constants.size) - 1));
+    return Tap(s.v, length(s.v), s.z, vec4(0), 1.0);
+}
+
+void fetch_colour(inout Tap tap, vec2 pixel, vec2 offset) {
+    tap.colour = colour_at(pixel, offset);
+    if (hdr_weighting)
+        tap.hdr = 1.0 / (1.0 + max(luminance(tap.colour.rgb), 0.0));
+}
+
+Tap tap_at(vec2 pixel, vec2 offset) {
+    Tap tap = surface_tap(pixel, offset);
+    fetch_colour(tap, pixel, offset);
+    return tap;
+}
+
+// The pixel itself, with its own colour whatever the filter.
+Tap centre_tap(ivec2 pixel) {
+    Tap tap = surface_tap(vec2(pixel), vec2(0));
+    tap.colour = sane(texelFetch(colour_image, pixel, 0));
+    if (hdr_weighting)
+        tap.hdr = 1.0 / (1.0 + max(luminance(tap.colour.rgb), 0.0));
     return tap;
 }
 
@@ -78,14 +102,20 @@ float cylinder(float d, float speed) {
     return speed > 0.0 ? 1.0 - smoothstep(0.95 * speed, 1.05 * speed, streak_distance(d, speed)) : 0.0;
 }
 
-int tap_count(float blur_length) {
-    return taps_follow_length ? clamp(int(ceil(blur_length * constants.taps_per_pixel)), 1, taps) : taps;
+bool is_inside(vec2 pixel, vec2 offset) {
+    const vec2 position = floor(pixel + 0.5 + offset);
+    return all(greaterThanEqual(position, vec2(0))) && all(lessThan(position, constants.size));
+}
+
+int tap_count(float blur_length, int most) {
+    const int wanted = int(ceil(blur_length * constants.taps_per_pixel));
+    return taps_follow_length ? clamp(wanted, min(least_taps, most), most) : most;
 }
 
 // Tap i of n as a place u in [-1, 1] of the shutter, moved by j in [-0.5, 0.5) of the spacing.
 float tap_place(int i, int n, float j) { return -1.0 + 2.0 * (float(i) + 0.5 + j) / float(n); }
 
-float tap_jitter(ivec2 pixel) {
+float tap_jitter(ivec2 pixel) { // [-0.5, 0.5)
     if (jitter_kind == 1)
         return ((pixel.x + pixel.y + int(constants.parity)) & 1) != 0 ? 0.25 : -0.25;
     if (jitter_kind == 2) {
@@ -122,13 +152,19 @@ float other_share = 0.0;
 // The talk. Background taps are weighted by how far the pixel itself moves, foreground taps by how far they move; both
 // moving adds more.
 vec4 gather_talk(vec2 pixel, Tap here, vec2 n, float j) {
-    const int count = tap_count(length(n));
-    const vec2 own = alternate && here.speed >= still_length ? here.v : n;
+    const int count = tap_count(length(n), taps);
+    // The directions of even and odd taps. A pixel nearly as fast as the fastest thing in reach has nothing to look for
+    // along another vector than its own; one that hardly moves beside it has none of its own: half of the taps would
+    // fall on itself, and what passes over it would be lost.
+    const bool is_fast = here.speed >= 0.7 * length(n);
+    const bool has_own = alternate && here.speed >= max(0.1 * length(n), still_length);
+    const vec2 even = is_fast ? here.v : n;
+    const vec2 odd = is_fast || has_own ? here.v : n;
     Sum sum = Sum(vec4(0), 0.0);
     for (int i = 0; i < count; ++i) {
         const float u = tap_place(i, count, j);
-        const vec2 offset = -(constants.centre + u) * ((i & 1) != 0 ? own : n);
-        const Tap tap = tap_at(tap_position(pixel, offset));
+        const vec2 offset = -(constants.centre + u) * ((i & 1) != 0 ? odd : even);
+        const Tap tap = tap_at(pixel, offset);
         const float d = length(offset);
         const float extent = soft(here.z, tap.z);
         const float background = clamp(1.0 - (here.z - tap.z) / extent, 0.0, 1.0);
@@ -150,7 +186,7 @@ vec4 gather_guertin(vec2 pixel, Tap here, vec2 n, float j) {
     const float gamma = 1.5; // pixels
     const float kappa = 40.0;
     const float reach = length(n);
-    const int count = tap_count(reach);
+    const int count = tap_count(reach, taps);
     const vec2 along = n / reach;
     vec2 across = vec2(-along.y, along.x);
     if (dot(across, here.v) < 0.0)
@@ -164,7 +200,7 @@ vec4 gather_guertin(vec2 pixel, Tap here, vec2 n, float j) {
         const float u = tap_place(i, count, 0.95 * j);
         const vec2 direction = (i & 1) != 0 ? own : along;
         const vec2 offset = -(constants.centre + u) * reach * direction;
-        const Tap tap = tap_at(tap_position(pixel, offset));
+        const Tap tap = tap_at(pixel, offset);
         const float d = length(offset);
         const float nearest_z = max(min(tap.z, here.z), 1e-6);
         const float foreground = clamp(1.0 - (tap.z - here.z) / nearest_z, 0.0, 1.0);
@@ -186,7 +222,7 @@ vec4 gather_guertin(vec2 pixel, Tap here, vec2 n, float j) {
 // weight is missing stays with the pixel.
 vec4 gather_jimenez(vec2 pixel, Tap here, vec2 n, float j) {
     const float reach = length(n);
-    const int steps = max(tap_count(reach) / 2, 1);
+    const int steps = max(tap_count(reach, taps) / 2, 1);
     const float steps_per_pixel = float(steps) / reach;
     Sum sum = Sum(vec4(0), 0.0);
     float total = 0.0;
@@ -196,7 +232,7 @@ vec4 gather_jimenez(vec2 pixel, Tap here, vec2 n, float j) {
         float weight[2];
         for (int side = 0; side < 2; ++side) {
             const vec2 offset = -(constants.centre + (side == 0 ? u : -u)) * n;
-            pair[side] = tap_at(tap_position(pixel, offset));
+            pair[side] = tap_at(pixel, offset);
             const float d = length(offset);
             const float away = (pair[side].z - here.z) / soft(here.z, pair[side].z);
             const float background = clamp(0.5 + away, 0.0, 1.0);
@@ -232,15 +268,17 @@ vec4 gather_jimenez(vec2 pixel, Tap here, vec2 n, float j) {
 
 // All vectors in reach are nearly equal: the plain mean along the pixel's own.
 vec4 gather_uniform(vec2 pixel, Tap here, float j) {
-    const int count = tap_count(here.speed);
+    if (here.speed < still_length)
+        return here.colour;
+    const int count = tap_count(here.speed, taps);
     Sum sum = Sum(vec4(0), 0.0);
     for (int i = 0; i < count; ++i) {
         const float u = tap_place(i, count, j);
-        const ivec2 position = tap_position(pixel, -(constants.centre + u) * here.v);
+        const vec2 offset = -(constants.centre + u) * here.v;
+        if (!is_inside(pixel, offset))
+            continue; // unknown, as if hidden
         Tap tap = here;
-        tap.colour = sane(texelFetch(colour_image, position, 0));
-        if (hdr_weighting)
-            tap.hdr = 1.0 / (1.0 + max(luminance(tap.colour.rgb), 0.0));
+        fetch_colour(tap, pixel, offset);
         add(sum, tap, here, shutter_weight(u));
     }
     used_taps = float(count);
@@ -250,8 +288,7 @@ vec4 gather_uniform(vec2 pixel, Tap here, float j) {
 
 // The dominant vector, looked up up to a quarter of a tile away so that no tile's border shows. A neighbour that has
 // nothing to say, or less than the pixel itself, is not taken.
-vec2 dominant(ivec2 pixel, ivec2 tile, float own_speed) {
-    const vec2 n = texelFetch(neighbour_image, tile, 0).xy;
+vec2 dominant(ivec2 pixel, vec2 n, float own_speed) {
     if (!tile_jitter)
         return n;
     const vec2 shifted = vec2(pixel) + constants.noise_shift;
@@ -276,12 +313,13 @@ void main() {
     if (tile_class == 0) {
         result = texelFetch(colour_image, pixel, 0);
     } else {
-        const Tap here = tap_at(pixel);
-        const float j = tap_jitter(pixel);
+        const Tap here = centre_tap(pixel);
+        const float j = constants.jitter_amount * tap_jitter(pixel);
         if (tile_class == 1)
             result = gather_uniform(vec2(pixel), here, j);
         else {
-            const vec2 n = dominant(pixel, tile, here.speed);
+            const vec4 neighbour = texelFetch(neighbour_image, tile, 0);
+            const vec2 n = dominant(pixel, neighbour.xy, here.speed);
             if (weighting == 0)
                 result = gather_talk(vec2(pixel), here, n, j);
             else if (weighting == 1)
@@ -289,7 +327,8 @@ void main() {
             else if (weighting == 2)
                 result = gather_jimenez(vec2(pixel), here, n, j);
             else
-                result = gather_coverage(vec2(pixel), here, n, j);
+                result = gather_coverage(vec2(pixel), here, n, neighbour.zw, j,
+                                         constants.jitter_amount * tap_jitter(pixel + ivec2(47, 17)));
         }
     }
     if (debug_view == 1)

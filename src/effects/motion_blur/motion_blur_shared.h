@@ -20,7 +20,8 @@ struct MotionBlurConstants {
     float shutter;            // open fraction of the frame interval
     float centre;             // of the shutter: 0 centred, 1 opens at the frame's time, -1 closes then
     float radius;             // longest half displacement, pixels
-    float uniform_tolerance;
+    float uniform_tolerance;      // of the longest vector
+    float uniform_pixels;
     float soft_extent;
     float weight_background;
     float weight_foreground;
@@ -31,8 +32,11 @@ struct MotionBlurConstants {
     float ordered_shift;      // the same for the patterns of few values
     float iteration;          // number of the iteration, from 0
     float parity;             // of the frame's noise index, for the checkerboard
+    float jitter_amount;      // of the spacing of taps
     float debug_scale;
-    float padding;
+    float padding_0;
+    float padding_1;
+    float padding_2;
 };
 
 #ifdef __cplusplus

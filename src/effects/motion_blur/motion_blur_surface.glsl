@@ -38,3 +38,11 @@ bool longer(vec2 a, vec2 b) {
     const float la = dot(a, a), lb = dot(b, b);
     return la > lb || (la == lb && (a.x > b.x || (a.x == b.x && a.y > b.y)));
 }
+
+float cross_product(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
+
+// Likewise by how far a vector reaches to the side of the longest.
+bool wider(vec2 a, vec2 b, vec2 longest) {
+    const float wa = abs(cross_product(a, longest)), wb = abs(cross_product(b, longest));
+    return wa > wb || (wa == wb && (a.x > b.x || (a.x == b.x && a.y > b.y)));
+}

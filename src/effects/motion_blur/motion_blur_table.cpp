@@ -39,13 +39,22 @@ constexpr ParameterInfo rows[] = {
     parameter<&P::radius>("radius", "of the image height", 0.0, 0.25,
                           "Longest half displacement; what moves farther is clamped to it."),
     parameter<&P::taps>("taps", "", 1, 128, "Taps without the centre, along each direction that the weighting walks."),
-    parameter<&P::taps_per_pixel>("taps_per_pixel", "1/px at 1080 lines", 0.0, 4.0,
+    parameter<&P::taps_per_pixel>("taps_per_pixel", "1/px", 0.0, 4.0,
                                   "Above 0: taps in proportion to the half displacement, up to `taps`."),
+    parameter<&P::least_taps>("least_taps", "", 1, 128, "Below which `taps_per_pixel` does not go.",
+                              parameter_advanced),
+    parameter<&P::search_taps>("search_taps", "", 1, 128,
+                               "Taps of velocity and depth alone that look for what passes in front (coverage)."),
+    parameter<&P::second_direction>("second_direction",
+                                    "Looks along the widest other vector of the tile as well (coverage)."),
+    parameter<&P::filter_taps>("filter_taps", "Bilinear colour at the exact place of a tap, not the nearest pixel's."),
     parameter<&P::weighting>("weighting", weightings,
                              "How taps are weighted: as in the talk, after Guertin 2014, after Jimenez 2014, or by the "
                              "share of the shutter that each surface covers."),
     parameter<&P::alternate>("alternate", "Odd taps along the pixel's own velocity (talk)."),
     parameter<&P::jitter>("jitter", jitters, "How taps are displaced from pixel to pixel: noise instead of bands."),
+    parameter<&P::jitter_amount>("jitter_amount", "of the taps' spacing", 0.0, 1.0,
+                                 "How far taps are displaced: 1 hides all bands, less is less noise."),
     parameter<&P::animate_jitter>("animate_jitter", "A new pattern every frame, for use before temporal antialiasing."),
     parameter<&P::tile_jitter>("tile_jitter", "Looks the tile up with a random offset, so that no tile's border shows."),
     parameter<&P::iterations>("iterations", "", 1, 32,
@@ -85,24 +94,36 @@ constexpr ParameterInfo rows[] = {
                                 parameter_advanced),
     parameter<&P::uniform_tolerance>("uniform_tolerance", "of the longest vector", 0.0, 0.5,
                                      "How far vectors may differ in a tile of even motion.", parameter_advanced),
+    parameter<&P::uniform_pixels>("uniform_pixels", "px", 0.0, 4.0, "Likewise in pixels; the larger of both holds.",
+                                  parameter_advanced),
     parameter<&P::debug_view>("debug_view", views, "Shows the inside of the effect instead of the picture.",
                               parameter_debug),
 };
 
+// The talk gives taps, jitter, radius, packing and alternation. Weights, soft extent and tiles, which it leaves open, are
+// found by search against ground truth.
 constexpr PresetOverride current_gen[] = {
-    {"weighting", "talk"},  {"taps", "6"},          {"jitter", "checkerboard"}, {"radius", "0.0138889"},
-    {"storage", "packed"},  {"alternate", "true"},  {"tile_jitter", "false"},   {"tile", "0"},
-    {"dilation", "box"},
+    {"weighting", "talk"},        {"taps", "6"},           {"taps_per_pixel", "0"}, {"jitter", "checkerboard"},
+    {"radius", "0.013888889"},    {"storage", "packed"},   {"alternate", "true"},   {"tile", "16"},
+    {"dilation", "line"},         {"soft_extent", "0.01"}, {"second_direction", "false"},
 };
 constexpr PresetOverride dx11[] = {
-    {"weighting", "talk"},  {"taps", "8"},         {"jitter", "ordered"},    {"radius", "0.0166667"},
-    {"storage", "packed"},  {"alternate", "true"}, {"tile_jitter", "false"}, {"tile", "0"},
-    {"dilation", "selective"},
+    {"weighting", "talk"},        {"taps", "8"},           {"taps_per_pixel", "0"}, {"jitter", "ordered"},
+    {"radius", "0.016666667"},    {"storage", "packed"},   {"alternate", "true"},   {"tile", "16"},
+    {"dilation", "line"},         {"soft_extent", "0.01"}, {"second_direction", "false"},
 };
-constexpr PresetOverride low[] = {{"taps", "6"}, {"storage", "packed"}};
-constexpr PresetOverride medium[] = {{"taps", "10"}};
-constexpr PresetOverride high[] = {{"taps", "15"}};
-constexpr PresetOverride ultra[] = {{"taps", "64"}};
+constexpr PresetOverride low[] = {
+    {"taps", "6"}, {"search_taps", "6"}, {"least_taps", "4"}, {"second_direction", "false"}, {"storage", "packed"},
+};
+constexpr PresetOverride medium[] = {
+    {"taps", "8"}, {"search_taps", "6"}, {"least_taps", "4"}, {"second_direction", "false"},
+};
+constexpr PresetOverride high[] = {
+    {"taps", "10"}, {"search_taps", "8"},
+};
+constexpr PresetOverride ultra[] = {
+    {"taps", "32"}, {"search_taps", "16"}, {"least_taps", "10"}, {"taps_per_pixel", "2"},
+};
 
 constexpr Preset presets[] = {
     {"current-gen", "The talk's version for PlayStation 3 and Xbox 360: 7 taps, checkerboard, 10 px at 720 lines.",

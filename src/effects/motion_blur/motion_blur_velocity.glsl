@@ -27,8 +27,9 @@ layout(set = 0, binding = 5) uniform sampler2D layer_2_image;
 layout(set = 0, binding = 6) uniform sampler2D layer_2_mask;
 layout(set = 0, binding = 7) uniform sampler2D exclusion_image;
 layout(set = 0, binding = 8) uniform writeonly uimage2D surface_image;
-layout(set = 0, binding = 9) uniform writeonly image2D tile_image; // longest (xy), spread, reach across the longest
-layout(set = 0, binding = 10) buffer TileLists { uint words[]; } lists;
+layout(set = 0, binding = 9) uniform writeonly image2D tile_image; // longest (xy), widest beside it (zw)
+layout(set = 0, binding = 10) uniform writeonly image2D spread_image;
+layout(set = 0, binding = 11) buffer TileLists { uint words[]; } lists;
 
 // Nearest texel of an image of another size under the middle of the pixel.
 vec4 nearest(sampler2D image, ivec2 pixel) {
@@ -79,34 +80,44 @@ vec4 velocities_at(ivec2 pixel, float z) {
     return v;
 }
 
+// The depth of the tile and of one pixel around it, for the repair of edges.
+const uint apron = repair_edges ? tile_size + 2u : 1u;
+shared float depths[apron * apron];
+
+void load_depths(ivec2 origin) {
+    for (uint i = gl_LocalInvocationIndex; i < apron * apron; i += 256u) {
+        const ivec2 pixel = origin + ivec2(i % apron, i / apron) - 1;
+        depths[i] = depth_at(clamp(pixel, ivec2(0), ivec2(constants.size) - 1));
+    }
+    barrier();
+}
+
 bool is_like(float a, float b) { return abs(a - b) <= 0.02 * min(a, b); }
 
 // Renderers filter vectors like colours: at a silhouette a vector is a mixture of both surfaces'. Where a pixel has
 // neighbours of unlike depth, it takes of its 3×3 neighbours of like depth the vector farthest from the unlike ones'
 // mean.
-vec4 repaired_velocities_at(ivec2 pixel, float z) {
+vec4 repaired_velocities_at(ivec2 pixel, ivec2 in_tile, float z) {
     const ivec2 last = ivec2(constants.size) - 1;
-    vec4 unlike = vec4(0);
-    float count = 0.0;
-    for (int i = 0; i < 9; ++i) {
-        const ivec2 p = clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
-        const float other = depth_at(p);
-        if (!is_like(other, z)) {
-            unlike += velocities_at(p, other);
-            count += 1.0;
-        }
-    }
-    if (count == 0.0)
+    const uint first = uint(in_tile.y) * apron + uint(in_tile.x); // of the 3×3 pixels around
+    uint like = 0u;
+    for (uint i = 0u; i < 9u; ++i)
+        like |= is_like(depths[first + i / 3u * apron + i % 3u], z) ? 1u << i : 0u;
+    if (like == 0x1ffu)
         return velocities_at(pixel, z);
-    unlike /= count;
+    vec4 unlike = vec4(0);
+    for (uint i = 0u; i < 9u; ++i)
+        if ((like >> i & 1u) == 0u)
+            unlike += velocities_at(clamp(pixel + ivec2(i % 3u, i / 3u) - 1, ivec2(0), last),
+                                    depths[first + i / 3u * apron + i % 3u]);
+    unlike /= float(9 - bitCount(like));
     vec4 result = vec4(0);
     vec2 farthest = vec2(-1);
-    for (int i = 0; i < 9; ++i) {
-        const ivec2 p = clamp(pixel + ivec2(i % 3, i / 3) - 1, ivec2(0), last);
-        const float other = depth_at(p);
-        if (!is_like(other, z))
+    for (uint i = 0u; i < 9u; ++i) {
+        if ((like >> i & 1u) == 0u)
             continue;
-        const vec4 v = velocities_at(p, other);
+        const vec4 v = velocities_at(clamp(pixel + ivec2(i % 3u, i / 3u) - 1, ivec2(0), last),
+                                     depths[first + i / 3u * apron + i % 3u]);
         const vec4 d = v - unlike;
         const vec2 away = vec2(dot(d.xy, d.xy), dot(d.zw, d.zw));
         if (away.x > farthest.x) {
@@ -135,10 +146,10 @@ vec2 apply_layer(vec2 v, uint blend, sampler2D image, vec2 scale, bool has_mask,
     return mask * mask * dot(added, added) > dot(v, v) ? mask * added : v;
 }
 
-Surface surface_at(ivec2 pixel) {
+Surface surface_at(ivec2 pixel, ivec2 in_tile) {
     Surface s;
-    s.z = depth_at(pixel);
-    const vec4 known = repair_edges ? repaired_velocities_at(pixel, s.z) : velocities_at(pixel, s.z);
+    s.z = repair_edges ? depths[uint(in_tile.y + 1) * apron + uint(in_tile.x + 1)] : depth_at(pixel);
+    const vec4 known = repair_edges ? repaired_velocities_at(pixel, in_tile, s.z) : velocities_at(pixel, s.z);
     // The path through the three known points is a parabola, p(t) = t (next + previous) / 2 + t² (next - previous) / 2.
     // The shutter is open from (c - 1) E/2 to (c + 1) E/2; the half displacement is half the chord between the two.
     const vec2 mean = 0.5 * (known.xy + known.zw);
@@ -160,7 +171,7 @@ Surface surface_at(ivec2 pixel) {
 }
 
 shared vec2 longest_of[256];
-shared vec2 spread_of[256]; // spread, across
+shared vec3 widest_of[256]; // vector, spread
 
 void main() {
     const uint thread = gl_LocalInvocationIndex;
@@ -169,6 +180,8 @@ void main() {
     // The lists are empty until the next pass fills them; no other workgroup touches these words here.
     if (gl_WorkGroupID.xy == uvec2(0) && thread < 12u)
         lists.words[thread] = 0u;
+    if (repair_edges)
+        load_depths(origin);
     // Every thread keeps its pixels for the second reduction: tiles of at most 64×64 are 16 each.
     const uint kept = (tile_size * tile_size + 255u) / 256u;
     vec2 mine[16];
@@ -179,7 +192,7 @@ void main() {
         mine[k] = vec2(0);
         if (i >= tile_size * tile_size || any(greaterThanEqual(pixel, size)))
             continue;
-        Surface s = surface_at(pixel);
+        Surface s = surface_at(pixel, pixel - origin);
         // What is compared later is what is stored.
         if (is_packed) {
             const uint code = pack_8_bit(s, constants.radius);
@@ -202,24 +215,31 @@ void main() {
         barrier();
     }
     longest = longest_of[0];
-    const float l = length(longest);
-    vec2 spread = vec2(0);
+    vec3 widest = vec3(0);
     for (uint k = 0; k < kept; ++k) {
         const uint i = thread + k * 256u;
         const ivec2 pixel = origin + ivec2(i % tile_size, i / tile_size);
         if (i >= tile_size * tile_size || any(greaterThanEqual(pixel, size)))
             continue;
         const vec2 v = mine[k];
-        const float across = l > 0.0 ? abs(v.x * longest.y - v.y * longest.x) / l : 0.0;
-        spread = max(spread, vec2(length(v - longest), across));
+        widest.z = max(widest.z, length(v - longest));
+        if (wider(v, widest.xy, longest))
+            widest.xy = v;
     }
-    spread_of[thread] = spread;
+    widest_of[thread] = widest;
     barrier();
     for (uint half_count = 128u; half_count > 0u; half_count /= 2u) {
-        if (thread < half_count)
-            spread_of[thread] = max(spread_of[thread], spread_of[thread + half_count]);
+        if (thread < half_count) {
+            const vec3 other = widest_of[thread + half_count];
+            widest.z = max(widest.z, other.z);
+            if (wider(other.xy, widest.xy, longest))
+                widest.xy = other.xy;
+            widest_of[thread] = widest;
+        }
         barrier();
     }
-    if (thread == 0u)
-        imageStore(tile_image, ivec2(gl_WorkGroupID.xy), vec4(longest, spread_of[0]));
+    if (thread == 0u) {
+        imageStore(tile_image, ivec2(gl_WorkGroupID.xy), vec4(longest, widest.xy));
+        imageStore(spread_image, ivec2(gl_WorkGroupID.xy), vec4(widest.z));
+    }
 }
