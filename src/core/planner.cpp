@@ -8,8 +8,12 @@ namespace sfumato {
 
 namespace {
 
-bool is_write(AccessKind kind) { return kind == AccessKind::write || kind == AccessKind::buffer_write; }
-bool is_buffer(AccessKind kind) { return kind == AccessKind::buffer_read || kind == AccessKind::buffer_write; }
+bool is_write(AccessKind kind) {
+    return kind == AccessKind::write || kind == AccessKind::buffer_write;
+}
+bool is_buffer(AccessKind kind) {
+    return kind == AccessKind::buffer_read || kind == AccessKind::buffer_write;
+}
 
 // A storage buffer that is written may be read by the same pass: atomics and append lists do.
 bool overlap(const Access& a, const Access& b) {
@@ -18,7 +22,9 @@ bool overlap(const Access& a, const Access& b) {
 
 } // namespace
 
-Planner::Planner(std::string effect) { plan_.effect = std::move(effect); }
+Planner::Planner(std::string effect) {
+    plan_.effect = std::move(effect);
+}
 
 ResourceId Planner::host(std::string name, uint32_t index, const Image& image) {
     if (!image)
@@ -68,8 +74,8 @@ size_t last_writer(const Plan& plan, ResourceId buffer, size_t end) {
     return end;
 }
 
-// A barrier that stands between the writing of commands and their dispatch is widened to cover reading them; where there
-// is none, the dispatching pass gets one.
+// A barrier that stands between the writing of commands and their dispatch is widened to cover reading them; where
+// there is none, the dispatching pass gets one.
 void guard_commands(Plan& plan, size_t dispatching) {
     const size_t writer = last_writer(plan, plan.passes[dispatching].dispatch.target, dispatching);
     if (writer == dispatching)
@@ -135,8 +141,7 @@ std::string check_access(const Plan& plan, const Access& access, const Written& 
             return "writes all mips of " + resource.name + " at once";
     } else if (resource.kind == ResourceKind::transient || resource.kind == ResourceKind::current ||
                resource.kind == ResourceKind::buffer) {
-        const uint64_t needed =
-            access.mip == all_mips ? (uint64_t{1} << resource.mips) - 1 : uint64_t{1} << access.mip;
+        const uint64_t needed = access.mip == all_mips ? (uint64_t{1} << resource.mips) - 1 : uint64_t{1} << access.mip;
         if ((written[access.resource] & needed) != needed)
             return "reads " + resource.name + " before anything wrote it";
     }
@@ -149,8 +154,9 @@ std::string check_dispatch(const Plan& plan, const Pass& pass, const Written& wr
         return "dispatches over no resource";
     const Resource& target = plan.resources[dispatch.target];
     if (dispatch.kind != DispatchKind::indirect)
-        return target.extent && dispatch.mip < target.mips ? "" : "dispatches over " + target.name +
-                                                                      ", which has no texels there";
+        return target.extent && dispatch.mip < target.mips
+                   ? ""
+                   : "dispatches over " + target.name + ", which has no texels there";
     if (target.kind != ResourceKind::buffer || dispatch.offset % 4 != 0 || dispatch.offset + 12 > target.bytes)
         return "dispatches from " + target.name + ", which holds no command there";
     if (written[dispatch.target] == 0)

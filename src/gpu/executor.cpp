@@ -16,6 +16,8 @@ constexpr uint64_t frames_kept = 16;
 
 VkImageMemoryBarrier to_general(VkImage image, VkAccessFlags access) {
     VkImageMemoryBarrier barrier{VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER};
+    // The transition itself is a write: what an earlier plan wrote to a pooled image must come first.
+    barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
     barrier.dstAccessMask = access;
     barrier.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
     barrier.newLayout = VK_IMAGE_LAYOUT_GENERAL;

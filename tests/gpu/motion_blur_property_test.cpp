@@ -207,6 +207,17 @@ TEST(MotionBlurProperty, ALayerAloneBlurs) {
     EXPECT_LT(difference(blur_on_device(same, base()), blur_on_device(input, base())).largest, 1e-5);
 }
 
+// A camera that stands still says nothing of the next velocity of things that move.
+TEST(MotionBlurProperty, ANextCameraDoesNotStopThings) {
+    const BlurInput input = disc_scene(96, 64);
+    Frame frame;
+    frame.camera = frame.previous_camera = Camera{.world_to_view = identity_matrix,
+                                                  .projection = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 0, 0.1f, 0}};
+    const auto without = blur_on_device(input, base(), frame);
+    frame.next_camera = frame.camera;
+    EXPECT_EQ(difference(without, blur_on_device(input, base(), frame)).largest, 0.0);
+}
+
 // Frame rate modes: the open time in fractions of this frame.
 TEST(MotionBlurShutter, FrameRateModes) {
     MotionBlurParameters p;

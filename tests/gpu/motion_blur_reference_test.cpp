@@ -149,7 +149,7 @@ TEST(MotionBlurReferenceInputs, LayersMasksAndExclusion) {
         first.strength = 1.5;
         second.velocity = reference::Grid<2>(120, 77);
         for (auto& v : second.velocity.texels)
-            v = {3.0, -2.0};
+            v = {12.0, -8.0};
         second.blend = static_cast<reference::LayerBlend>(other);
         second.strength = -0.5;
         input.layers = {first, second};

@@ -120,7 +120,7 @@ reference::MotionBlurSettings settings_of(const MotionBlurParameters& p, const F
     s.test_edge_neighbours = p.test_edge_neighbours;
     s.classify = p.tile_classes;
     s.uniform_tolerance = double{p.uniform_tolerance};
-    s.uniform_pixels = double{p.uniform_pixels};
+    s.uniform_pixels = double{p.uniform_pixels} / 1080.0; // of the height
     s.weighting = static_cast<reference::Weighting>(p.weighting);
     s.taps = p.taps;
     s.search_taps = p.search_taps;

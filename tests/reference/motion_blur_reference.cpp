@@ -288,7 +288,8 @@ Grid<3> velocity_stage(const MotionBlurInput& input, const MotionBlurSettings& s
             };
             const Vector now = read(input.velocity, input.camera.previous_clip_from_view, -1, input.camera.given);
             Vector next = read(input.next_velocity, input.camera.next_clip_from_view, 1,
-                               input.camera.given && input.camera.next_given);
+                               input.camera.given && input.camera.next_given &&
+                                   (input.velocity.empty() || !input.next_velocity.empty()));
             const Vector known_now = finite(now) ? now : Vector{};
             if (!finite(next))
                 next = known_now;
@@ -424,12 +425,18 @@ Grid<5> neighbour_maximum(const Grid<5>& tiles, const MotionBlurSettings& settin
                     if (longer({t[0], t[1]}, longest) && reaches({t[0], t[1]}, {t[2], t[3]}, x - tx, y - ty, settings))
                         longest = {t[0], t[1]};
                 }
+            // Whether motion is even concerns what reaches the tile, and what its own vectors reach.
+            const auto& own = tiles.at(tx, ty);
+            const double own_reach = length({own[0], own[1]}) * (1 + std::fabs(centre_of(settings.position)));
+            const int own_rings = static_cast<int>(std::ceil(own_reach / settings.tile_size));
             double spread = 0;
             Vector second;
             for (int y = y0; y <= y1; ++y)
                 for (int x = x0; x <= x1; ++x) {
                     const auto& t = tiles.at(x, y);
-                    spread = std::max(spread, length(Vector{t[0], t[1]} - longest) + t[4]);
+                    const bool is_near = std::max(std::abs(x - tx), std::abs(y - ty)) <= own_rings;
+                    if (is_near || reaches({t[0], t[1]}, {t[2], t[3]}, x - tx, y - ty, settings))
+                        spread = std::max(spread, length(Vector{t[0], t[1]} - longest) + t[4]);
                     for (const Vector v : {Vector{t[0], t[1]}, Vector{t[2], t[3]}})
                         if (wider(v, second, longest) && reaches({t[0], t[1]}, {t[2], t[3]}, x - tx, y - ty, settings))
                             second = v;
@@ -440,11 +447,11 @@ Grid<5> neighbour_maximum(const Grid<5>& tiles, const MotionBlurSettings& settin
     return result;
 }
 
-TileClass classify(const std::array<double, 5>& neighbour, const MotionBlurSettings& settings) {
+TileClass classify(const std::array<double, 5>& neighbour, const MotionBlurSettings& settings, int height) {
     const double l = length({neighbour[0], neighbour[1]});
     if (l < still_length)
         return TileClass::still;
-    if (settings.classify && neighbour[4] <= std::max(settings.uniform_tolerance * l, settings.uniform_pixels))
+    if (settings.classify && neighbour[4] <= std::max(settings.uniform_tolerance * l, settings.uniform_pixels * height))
         return TileClass::uniform;
     return TileClass::full;
 }
@@ -702,7 +709,7 @@ Grid<4> gather(const Grid<4>& colour, const Grid<3>& surface, const Grid<5>& nei
     for (int y = 0; y < colour.height; ++y) {
         for (int x = 0; x < colour.width; ++x) {
             const auto& own_tile = neighbours.at(x / size, y / size);
-            const TileClass kind = classify(own_tile, settings);
+            const TileClass kind = classify(own_tile, settings, colour.height);
             if (kind == TileClass::still) {
                 result.at(x, y) = colour.at(x, y);
                 continue;

@@ -101,11 +101,11 @@ struct MotionBlurSettings {
     Storage storage = Storage::half;
 
     int tile_size = 32;
-    Dilation dilation = Dilation::selective;
+    Dilation dilation = Dilation::line;
     bool test_edge_neighbours = false;
     bool classify = true;
     double uniform_tolerance = 0.05; // of the length of the longest vector, or
-    double uniform_pixels = 0.5;     // this many pixels
+    double uniform_pixels = 1 / 1080.; // this fraction of the image height
 
     Weighting weighting = Weighting::coverage;
     int taps = 10;                // without the centre
@@ -152,7 +152,7 @@ Grid<5> neighbour_maximum(const Grid<5>& tiles, const MotionBlurSettings& settin
 // Whether the vectors of a tile at offset (tiles) can reach the tile in the middle.
 bool reaches(Vector v, Vector second, int offset_x, int offset_y, const MotionBlurSettings& settings);
 
-TileClass classify(const std::array<double, 5>& neighbour, const MotionBlurSettings& settings);
+TileClass classify(const std::array<double, 5>& neighbour, const MotionBlurSettings& settings, int height);
 
 Grid<4> gather(const Grid<4>& colour, const Grid<3>& surface, const Grid<5>& neighbours,
                const MotionBlurSettings& settings, int iteration);

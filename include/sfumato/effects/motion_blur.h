@@ -68,11 +68,11 @@ struct MotionBlurParameters {
     float layer_2_strength = 1.0f;
 
     int tile = 32;
-    Dilation dilation = Dilation::selective;
+    Dilation dilation = Dilation::line;
     bool test_edge_neighbours = true;
     bool tile_classes = true;
     float uniform_tolerance = 0.05f;
-    float uniform_pixels = 0.5f;
+    float uniform_pixels = 1.0f;
 
     MotionBlurView debug_view = MotionBlurView::none;
 

@@ -8,6 +8,7 @@
 // passes through Y + s v, s from c - 1 to c + 1. So a tap with parameter s lies at X - s v.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 
 #include "motion_blur_shared.h"
 #include "numbers.glsl"

@@ -11,6 +11,9 @@
 
 namespace sfumato {
 
+// The velocity pass keeps a tile's depths in shared memory, of which 16 KiB are guaranteed.
+constexpr uint32_t largest_tile = 48;
+
 float effective_shutter(const Frame& frame, const MotionBlurParameters& parameters) {
     // A fraction of a frame at the reference rate, as a fraction of this frame.
     const float fixed = parameters.shutter / (parameters.reference_frame_rate * frame.time_step);
@@ -25,9 +28,9 @@ float effective_shutter(const Frame& frame, const MotionBlurParameters& paramete
 uint32_t tile_size(const MotionBlurParameters& parameters, Extent extent) {
     const auto radius = static_cast<uint32_t>(std::ceil(parameters.radius * static_cast<float>(extent.height)));
     const uint32_t wanted = parameters.tile > 0 ? static_cast<uint32_t>(parameters.tile) : radius;
-    uint32_t size = std::clamp((wanted + 7) / 8 * 8, 8u, 64u);
+    uint32_t size = std::clamp((wanted + 7) / 8 * 8, 8u, largest_tile);
     // An indirect dispatch may have 65535 workgroups in y, one a tile.
-    while (size < 64 && uint64_t{(extent.width + size - 1) / size} * ((extent.height + size - 1) / size) > 65535)
+    while (size < largest_tile && uint64_t{(extent.width + size - 1) / size} * ((extent.height + size - 1) / size) > 65535)
         size += 8;
     return size;
 }
@@ -59,14 +62,24 @@ struct Setup {
 
     bool is_packed() const { return parameters.storage == VelocityStorage::packed; }
     bool has_previous_camera() const { return images.depth && frame.camera && frame.previous_camera; }
-    bool has_next_camera() const { return images.depth && frame.camera && frame.next_camera; }
+    // A velocity image without its next one knows of things that move, the next camera does not: taking the camera's
+    // motion for the second half of the shutter would halve theirs.
+    bool has_next_camera() const {
+        return images.depth && frame.camera && frame.next_camera && (images.next_velocity || !images.velocity);
+    }
 };
 
-gpu::vec2 scale(const Image& image, Extent extent, float factor = 1.0f) {
+// The size of an input to the colour's; inputs may have any.
+gpu::vec2 ratio(const Image& image, Extent extent) {
+    return {static_cast<float>(image.extent.width) / static_cast<float>(extent.width),
+            static_cast<float>(image.extent.height) / static_cast<float>(extent.height)};
+}
+
+gpu::vec4 layer_scale(const Image& image, Extent extent, float strength) {
     if (!image)
-        return {0.0f, 0.0f};
-    return {factor * static_cast<float>(extent.width) / static_cast<float>(image.extent.width),
-            factor * static_cast<float>(extent.height) / static_cast<float>(image.extent.height)};
+        return {};
+    const gpu::vec2 r = ratio(image, extent);
+    return {r.x, r.y, strength / r.x, strength / r.y};
 }
 
 void set_cameras(Setup& s) {
@@ -91,15 +104,19 @@ void set_constants(Setup& s) {
     const auto height = static_cast<float>(s.extent.height);
     set_cameras(s);
     c.size = {static_cast<float>(s.extent.width), height};
-    c.velocity_scale = scale(s.images.velocity, s.extent);
-    c.next_velocity_scale = scale(s.images.next_velocity, s.extent);
-    c.layer_1_scale = scale(s.images.layer_1, s.extent, p.layer_1_strength);
-    c.layer_2_scale = scale(s.images.layer_2, s.extent, p.layer_2_strength);
+    c.velocity_ratio = ratio(s.images.velocity, s.extent);
+    c.next_velocity_ratio = ratio(s.images.next_velocity, s.extent);
+    c.depth_ratio = ratio(s.images.depth, s.extent);
+    c.layer_1_mask_ratio = ratio(s.images.layer_1_mask, s.extent);
+    c.layer_2_mask_ratio = ratio(s.images.layer_2_mask, s.extent);
+    c.exclusion_ratio = ratio(s.images.exclusion_mask, s.extent);
+    c.layer_1_scale = layer_scale(s.images.layer_1, s.extent, p.layer_1_strength);
+    c.layer_2_scale = layer_scale(s.images.layer_2, s.extent, p.layer_2_strength);
     c.shutter = effective_shutter(s.frame, p);
     c.centre = centre_of(p.shutter_position);
     c.radius = s.radius;
     c.uniform_tolerance = p.uniform_tolerance;
-    c.uniform_pixels = p.uniform_pixels;
+    c.uniform_pixels = p.uniform_pixels * height / 1080.0f;
     c.soft_extent = p.soft_extent;
     c.weight_background = p.weight_background;
     c.weight_foreground = p.weight_foreground;
@@ -178,7 +195,7 @@ void plan_neighbours(Planner& planner, Setup& s) {
                            static_cast<uint32_t>(s.parameters.dilation),
                            s.parameters.test_edge_neighbours,
                            s.parameters.tile_classes,
-                           (s.tile / 8) * (s.tile / 8)};
+                           s.tile / 8};
     pass.accesses = {read(s.tile_image), read(s.tile_spread), write(s.neighbours), write(s.tile_classes),
                      {s.lists, AccessKind::buffer_write, 0, false}};
     pass.constants = constants_of(s.constants);

@@ -299,38 +299,51 @@ vec2 dominant(ivec2 pixel, vec2 n, float own_speed) {
     return length(other) >= max(still_length, own_speed) ? other : n;
 }
 
+// A row of blocks at once: all loads are under way before the first store.
+void copy_row(ivec2 first) {
+    const int blocks = int(tile_size / 8u);
+    vec4 colours[6];
+    [[unroll]] for (int i = 0; i < blocks; ++i) {
+        const ivec2 pixel = min(first + ivec2(8 * i, 0), ivec2(constants.size) - 1);
+        colours[i] = accumulates ? texelFetch(mean_image, pixel, 0) : texelFetch(colour_image, pixel, 0);
+    }
+    [[unroll]] for (int i = 0; i < blocks; ++i)
+        if (all(lessThan(first + ivec2(8 * i, 0), ivec2(constants.size))))
+            imageStore(output_image, first + ivec2(8 * i, 0), debug_view != 0 ? vec4(0, 0, 0, 1) : colours[i]);
+}
+
+vec4 blurred(ivec2 pixel, ivec2 tile) {
+    const Tap here = centre_tap(pixel);
+    const float j = constants.jitter_amount * tap_jitter(pixel);
+    if (tile_class == 1)
+        return gather_uniform(vec2(pixel), here, j);
+    const vec4 neighbour = texelFetch(neighbour_image, tile, 0);
+    const vec2 n = dominant(pixel, neighbour.xy, here.speed);
+    if (weighting == 0)
+        return gather_talk(vec2(pixel), here, n, j);
+    if (weighting == 1)
+        return gather_guertin(vec2(pixel), here, n, j);
+    if (weighting == 2)
+        return gather_jimenez(vec2(pixel), here, n, j);
+    return gather_coverage(vec2(pixel), here, n, neighbour.zw, j,
+                           constants.jitter_amount * tap_jitter(pixel + ivec2(47, 17)));
+}
+
 void main() {
     const ivec2 tiles = textureSize(neighbour_image, 0);
     const uint tile_count = uint(tiles.x * tiles.y);
     const uint tile_index = lists.words[12u + tile_class * tile_count + gl_WorkGroupID.y];
     const ivec2 tile = ivec2(tile_index % uint(tiles.x), tile_index / uint(tiles.x));
+    const ivec2 corner = tile * int(tile_size) + ivec2(gl_LocalInvocationID.xy);
+    if (tile_class == 0) {
+        copy_row(corner + ivec2(0, 8 * gl_WorkGroupID.x));
+        return;
+    }
     const uint blocks = tile_size / 8u;
-    const ivec2 block = ivec2(gl_WorkGroupID.x % blocks, gl_WorkGroupID.x / blocks);
-    const ivec2 pixel = tile * int(tile_size) + block * 8 + ivec2(gl_LocalInvocationID.xy);
+    const ivec2 pixel = corner + 8 * ivec2(gl_WorkGroupID.x % blocks, gl_WorkGroupID.x / blocks);
     if (any(greaterThanEqual(pixel, ivec2(constants.size))))
         return;
-    vec4 result;
-    if (tile_class == 0) {
-        result = texelFetch(colour_image, pixel, 0);
-    } else {
-        const Tap here = centre_tap(pixel);
-        const float j = constants.jitter_amount * tap_jitter(pixel);
-        if (tile_class == 1)
-            result = gather_uniform(vec2(pixel), here, j);
-        else {
-            const vec4 neighbour = texelFetch(neighbour_image, tile, 0);
-            const vec2 n = dominant(pixel, neighbour.xy, here.speed);
-            if (weighting == 0)
-                result = gather_talk(vec2(pixel), here, n, j);
-            else if (weighting == 1)
-                result = gather_guertin(vec2(pixel), here, n, j);
-            else if (weighting == 2)
-                result = gather_jimenez(vec2(pixel), here, n, j);
-            else
-                result = gather_coverage(vec2(pixel), here, n, neighbour.zw, j,
-                                         constants.jitter_amount * tap_jitter(pixel + ivec2(47, 17)));
-        }
-    }
+    vec4 result = blurred(pixel, tile);
     if (debug_view == 1)
         result = vec4(vec3(used_taps / 64.0), 1);
     else if (debug_view == 2)
@@ -338,7 +351,7 @@ void main() {
     else if (accumulates) {
         // The running mean, in this form, leaves equal iterations exactly as they are.
         const vec4 mean = texelFetch(mean_image, pixel, 0);
-        result = tile_class == 0 ? mean : mean + (result - mean) / (constants.iteration + 1.0);
+        result = mean + (result - mean) / (constants.iteration + 1.0);
     }
     imageStore(output_image, pixel, result);
 }

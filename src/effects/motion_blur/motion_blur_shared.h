@@ -13,10 +13,14 @@ struct MotionBlurConstants {
     mat4 previous_clip_from_view; // this frame's view space to the previous frame's clip space
     mat4 next_clip_from_view;
     vec2 size;                // of the colour image, pixels
-    vec2 velocity_scale;      // the velocity image's pixels to colour pixels
-    vec2 next_velocity_scale;
-    vec2 layer_1_scale;       // likewise, times the layer's strength
-    vec2 layer_2_scale;
+    vec2 velocity_ratio;      // size of an input to the colour's
+    vec2 next_velocity_ratio;
+    vec2 depth_ratio;
+    vec2 layer_1_mask_ratio;
+    vec2 layer_2_mask_ratio;
+    vec2 exclusion_ratio;
+    vec4 layer_1_scale;       // ratio (xy), the layer's strength over the ratio (zw)
+    vec4 layer_2_scale;
     float shutter;            // open fraction of the frame interval
     float centre;             // of the shutter: 0 centred, 1 opens at the frame's time, -1 closes then
     float radius;             // longest half displacement, pixels

@@ -31,29 +31,28 @@ layout(set = 0, binding = 9) uniform writeonly image2D tile_image; // longest (x
 layout(set = 0, binding = 10) uniform writeonly image2D spread_image;
 layout(set = 0, binding = 11) buffer TileLists { uint words[]; } lists;
 
-// Nearest texel of an image of another size under the middle of the pixel.
-vec4 nearest(sampler2D image, ivec2 pixel) {
-    const ivec2 size = textureSize(image, 0);
-    const ivec2 texel = ivec2(floor((vec2(pixel) + 0.5) * (vec2(size) / constants.size)));
-    return texelFetch(image, clamp(texel, ivec2(0), size - 1), 0);
+// Nearest texel of an image of another size under the middle of the pixel. `ratio` is that image's size to the colour's;
+// the product stays below the image's size without a clamp.
+vec4 nearest(sampler2D image, vec2 ratio, ivec2 pixel) {
+    return texelFetch(image, ivec2((vec2(pixel) + 0.5) * ratio), 0);
 }
 
 float depth_at(ivec2 pixel) {
     if (!has_depth)
         return 1.0;
-    const float stored = nearest(depth_image, pixel).x;
+    const float stored = nearest(depth_image, constants.depth_ratio, pixel).x;
     const float z = depth_is_device ? view_depth_of(stored, constants.clip_from_view) : stored;
     return is_sky(z) ? sky_depth : max(z, 0.0);
 }
 
 // Pixels per frame, as the image has it or as the camera moved. Pixels without a finite velocity and sky, which
 // renderers leave without one, take the camera's motion.
-vec2 input_velocity(sampler2D image, bool has_image, vec2 scale, ivec2 pixel, float z, bool has_camera, mat4 other,
+vec2 input_velocity(sampler2D image, bool has_image, vec2 ratio, ivec2 pixel, float z, bool has_camera, mat4 other,
                     float direction) {
     vec2 v = vec2(0);
     bool known = false;
     if (has_image) {
-        v = nearest(image, pixel).xy * scale;
+        v = nearest(image, ratio, pixel).xy / ratio;
         known = is_finite(v);
     }
     if (has_camera && (!known || is_sky(z))) {
@@ -66,14 +65,14 @@ vec2 input_velocity(sampler2D image, bool has_image, vec2 scale, ivec2 pixel, fl
 // This and the next interval's velocity, xy and zw.
 vec4 velocities_at(ivec2 pixel, float z) {
     vec4 v;
-    v.xy = input_velocity(velocity_image, has_velocity, constants.velocity_scale, pixel, z, has_previous_camera,
+    v.xy = input_velocity(velocity_image, has_velocity, constants.velocity_ratio, pixel, z, has_previous_camera,
                           constants.previous_clip_from_view, -1.0);
     v.zw = v.xy;
     if (has_next_velocity || has_next_camera) {
-        const vec2 next = input_velocity(next_velocity_image, has_next_velocity, constants.next_velocity_scale, pixel,
+        const vec2 next = input_velocity(next_velocity_image, has_next_velocity, constants.next_velocity_ratio, pixel,
                                          z, has_next_camera, constants.next_clip_from_view, 1.0);
         // A pixel that the next image does not know, and no camera either, goes on as it came.
-        const bool known = has_next_camera || is_finite(nearest(next_velocity_image, pixel).xy);
+        const bool known = has_next_camera || is_finite(nearest(next_velocity_image, constants.next_velocity_ratio, pixel).xy);
         if (known)
             v.zw = next;
     }
@@ -85,7 +84,7 @@ const uint apron = repair_edges ? tile_size + 2u : 1u;
 shared float depths[apron * apron];
 
 void load_depths(ivec2 origin) {
-    for (uint i = gl_LocalInvocationIndex; i < apron * apron; i += 256u) {
+    [[unroll]] for (uint i = gl_LocalInvocationIndex; i < apron * apron; i += 256u) {
         const ivec2 pixel = origin + ivec2(i % apron, i / apron) - 1;
         depths[i] = depth_at(clamp(pixel, ivec2(0), ivec2(constants.size) - 1));
     }
@@ -101,23 +100,25 @@ vec4 repaired_velocities_at(ivec2 pixel, ivec2 in_tile, float z) {
     const ivec2 last = ivec2(constants.size) - 1;
     const uint first = uint(in_tile.y) * apron + uint(in_tile.x); // of the 3×3 pixels around
     uint like = 0u;
-    for (uint i = 0u; i < 9u; ++i)
+    [[unroll]] for (uint i = 0u; i < 9u; ++i)
         like |= is_like(depths[first + i / 3u * apron + i % 3u], z) ? 1u << i : 0u;
-    if (like == 0x1ffu)
-        return velocities_at(pixel, z);
+    const bool is_edge = like != 0x1ffu;
     vec4 unlike = vec4(0);
-    for (uint i = 0u; i < 9u; ++i)
-        if ((like >> i & 1u) == 0u)
-            unlike += velocities_at(clamp(pixel + ivec2(i % 3u, i / 3u) - 1, ivec2(0), last),
-                                    depths[first + i / 3u * apron + i % 3u]);
-    unlike /= float(9 - bitCount(like));
     vec4 result = vec4(0);
     vec2 farthest = vec2(-1);
-    for (uint i = 0u; i < 9u; ++i) {
-        if ((like >> i & 1u) == 0u)
+    // Twice round the nine: for the mean of the unlike, then for the farthest of the like. Away from edges only the
+    // pixel itself is looked at, which is number 4 of the second round.
+    for (uint k = is_edge ? 0u : 13u; k < (is_edge ? 18u : 14u); ++k) {
+        const uint i = k % 9u;
+        const bool is_like_one = (like >> i & 1u) != 0u;
+        if (is_like_one != (k >= 9u))
             continue;
         const vec4 v = velocities_at(clamp(pixel + ivec2(i % 3u, i / 3u) - 1, ivec2(0), last),
                                      depths[first + i / 3u * apron + i % 3u]);
+        if (k < 9u) {
+            unlike += v / float(9 - bitCount(like));
+            continue;
+        }
         const vec4 d = v - unlike;
         const vec2 away = vec2(dot(d.xy, d.xy), dot(d.zw, d.zw));
         if (away.x > farthest.x) {
@@ -134,11 +135,12 @@ vec4 repaired_velocities_at(ivec2 pixel, ivec2 in_tile, float z) {
 
 float mask_value(float mask) { return mask > 0.0 ? min(mask, 1.0) : 0.0; } // NaN is 0
 
-vec2 apply_layer(vec2 v, uint blend, sampler2D image, vec2 scale, bool has_mask, sampler2D mask_image, ivec2 pixel) {
-    vec2 added = nearest(image, pixel).xy * scale;
+vec2 apply_layer(vec2 v, uint blend, sampler2D image, vec4 scale, bool has_mask, sampler2D mask_image, vec2 mask_ratio,
+                 ivec2 pixel) {
+    vec2 added = nearest(image, scale.xy, pixel).xy * scale.zw;
     if (!is_finite(added))
         added = vec2(0);
-    const float mask = has_mask ? mask_value(nearest(mask_image, pixel).x) : 1.0;
+    const float mask = has_mask ? mask_value(nearest(mask_image, mask_ratio, pixel).x) : 1.0;
     if (blend == 1)
         return v + mask * added;
     if (blend == 2)
@@ -156,12 +158,14 @@ Surface surface_at(ivec2 pixel, ivec2 in_tile) {
     const vec2 bend = 0.5 * (known.zw - known.xy);
     vec2 u = mean + constants.centre * constants.shutter * bend;
     if (layer_1 != 0)
-        u = apply_layer(u, layer_1, layer_1_image, constants.layer_1_scale, layer_1_has_mask, layer_1_mask, pixel);
+        u = apply_layer(u, layer_1, layer_1_image, constants.layer_1_scale, layer_1_has_mask, layer_1_mask,
+                        constants.layer_1_mask_ratio, pixel);
     if (layer_2 != 0)
-        u = apply_layer(u, layer_2, layer_2_image, constants.layer_2_scale, layer_2_has_mask, layer_2_mask, pixel);
+        u = apply_layer(u, layer_2, layer_2_image, constants.layer_2_scale, layer_2_has_mask, layer_2_mask,
+                        constants.layer_2_mask_ratio, pixel);
     s.v = 0.5 * constants.shutter * u;
     if (has_exclusion)
-        s.v *= 1.0 - mask_value(nearest(exclusion_image, pixel).x);
+        s.v *= 1.0 - mask_value(nearest(exclusion_image, constants.exclusion_ratio, pixel).x);
     const float l = length(s.v);
     if (!is_finite(l))
         s.v = vec2(0);
@@ -182,11 +186,11 @@ void main() {
         lists.words[thread] = 0u;
     if (repair_edges)
         load_depths(origin);
-    // Every thread keeps its pixels for the second reduction: tiles of at most 64×64 are 16 each.
+    // Every thread keeps its pixels for the second reduction: tiles of at most 48×48 are 9 each.
     const uint kept = (tile_size * tile_size + 255u) / 256u;
-    vec2 mine[16];
+    vec2 mine[9];
     vec2 longest = vec2(0);
-    for (uint k = 0; k < kept; ++k) {
+    [[unroll]] for (uint k = 0; k < kept; ++k) {
         const uint i = thread + k * 256u;
         const ivec2 pixel = origin + ivec2(i % tile_size, i / tile_size);
         mine[k] = vec2(0);
@@ -216,7 +220,7 @@ void main() {
     }
     longest = longest_of[0];
     vec3 widest = vec3(0);
-    for (uint k = 0; k < kept; ++k) {
+    [[unroll]] for (uint k = 0; k < kept; ++k) {
         const uint i = thread + k * 256u;
         const ivec2 pixel = origin + ivec2(i % tile_size, i / tile_size);
         if (i >= tile_size * tile_size || any(greaterThanEqual(pixel, size)))

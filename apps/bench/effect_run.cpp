@@ -1,0 +1,69 @@
+// Binds an effect's image roles to inputs and to outputs of its own.
+#include "apps/bench/effect_run.h"
+
+#include <algorithm>
+
+namespace sfumato::bench {
+namespace {
+
+VkFormat output_format(const ImageRole& role) {
+    if (role.components >= 3)
+        return VK_FORMAT_R16G16B16A16_SFLOAT;
+    return role.components == 2 ? VK_FORMAT_R16G16_SFLOAT : VK_FORMAT_R16_SFLOAT;
+}
+
+} // namespace
+
+std::vector<std::string> wanted_planes(const EffectInfo& effect, const std::vector<std::string>& opted_in) {
+    std::vector<std::string> wanted;
+    for (const ImageRole& role : effect.images) {
+        if (role.use == ImageUse::output)
+            continue;
+        const std::string plane = plane_of(adapter_of(effect), role, opted_in);
+        if (!plane.empty() && std::ranges::find(wanted, plane) == wanted.end())
+            wanted.push_back(plane);
+    }
+    return wanted;
+}
+
+Result<BoundImages> BoundImages::create(Rig& rig, const EffectInfo& effect, const Inputs& inputs,
+                                        const std::vector<std::string>& opted_in) {
+    BoundImages bound;
+    // All zero is every image absent.
+    bound.storage_.resize((effect.images_size + sizeof(Unit) - 1) / sizeof(Unit));
+    for (const ImageRole& role : effect.images) {
+        Image& target = role.get(bound.storage_.data());
+        if (role.use == ImageUse::output) {
+            auto made = rig.device().create_image(output_format(role), inputs.extent);
+            if (!made)
+                return made.error();
+            target = made->image();
+            bound.outputs_.push_back(std::move(*made));
+            continue;
+        }
+        const apps::HostImage* input = inputs.find(plane_of(adapter_of(effect), role, opted_in));
+        if (input != nullptr)
+            target = input->image();
+        else if (role.use == ImageUse::input)
+            return Error{ErrorCode::input, std::string(effect.name) + " needs the image '" + role.name +
+                                               "', which the source does not give"};
+    }
+    if (bound.outputs_.empty())
+        return Error{ErrorCode::internal, std::string(effect.name) + " has no output image"};
+    return bound;
+}
+
+Result<void> run_once(Rig& rig, Context& context, const EffectInfo& effect, const void* parameters, const Frame& frame,
+                      const BoundImages& images) {
+    auto instance = AnyEffect::create(context, effect);
+    if (!instance)
+        return instance.error();
+    auto commands = rig.device().begin();
+    if (!commands)
+        return commands.error();
+    if (auto recorded = (*instance)->record(*commands, frame, parameters, images.data()); !recorded)
+        return recorded;
+    return rig.device().submit_and_wait();
+}
+
+} // namespace sfumato::bench

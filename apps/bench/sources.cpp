@@ -1,0 +1,152 @@
+// Input images from analytic scenes and from files.
+#include "apps/bench/sources.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace sfumato::bench {
+namespace {
+
+constexpr PlaneInfo plane_list[] = {
+    {"colour", VK_FORMAT_R16G16B16A16_SFLOAT, 4, &scene::SceneImages::colour},
+    {"direct", VK_FORMAT_R16G16B16A16_SFLOAT, 4, &scene::SceneImages::direct},
+    {"ambient", VK_FORMAT_R16G16B16A16_SFLOAT, 4, &scene::SceneImages::ambient},
+    {"depth", VK_FORMAT_R32_SFLOAT, 1, &scene::SceneImages::depth},
+    {"normal", VK_FORMAT_R16G16B16A16_SFLOAT, 4, &scene::SceneImages::normal},
+    {"velocity", VK_FORMAT_R16G16_SFLOAT, 2, &scene::SceneImages::velocity},
+    {"next_velocity", VK_FORMAT_R16G16_SFLOAT, 2, &scene::SceneImages::next_velocity},
+    {"shadow", VK_FORMAT_R16_SFLOAT, 1, &scene::SceneImages::shadow},
+    {"truth", VK_FORMAT_R32G32B32A32_SFLOAT, 4, &scene::SceneImages::truth},
+};
+
+class SceneSource : public Source {
+  public:
+    explicit SceneSource(const scene::Scene& scene) : scene_(scene) {}
+
+    std::string name() const override { return scene_.info.name; }
+    bool has(std::string_view plane) const override { return find_plane(plane) != nullptr; }
+    std::optional<Extent> native_extent() const override { return std::nullopt; }
+    bool is_analytic() const override { return true; }
+
+    Result<Inputs> load(Rig& rig, const LoadRequest& request) const override {
+        const int number = std::clamp(scene_.info.key_frame + request.frame_offset, 0, scene_.info.frames - 1);
+        Inputs inputs;
+        inputs.extent = request.extent;
+        inputs.frame = scene::frame_facts(scene_, number, request.extent);
+        scene::SceneImages images;
+        for (const PlaneInfo& plane : plane_list) {
+            if (std::ranges::find(request.planes, plane.name) == request.planes.end())
+                continue;
+            auto image = rig.device().create_image(plane.format, request.extent);
+            if (!image)
+                return image.error();
+            images.*plane.member = image->image();
+            inputs.images.emplace(plane.name, std::move(*image));
+        }
+        if (auto rendered = rig.render(scene_, number, request.options, images); !rendered)
+            return rendered.error();
+        return inputs;
+    }
+
+  private:
+    const scene::Scene& scene_;
+};
+
+class RawSource : public Source {
+  public:
+    explicit RawSource(RawFrame frame)
+        : frame_(std::move(frame)), name_(std::filesystem::path(frame_.path).stem().string()) {}
+
+    std::string name() const override { return name_; }
+    bool has(std::string_view plane) const override { return frame_.find(plane) != nullptr && find_plane(plane); }
+    std::optional<Extent> native_extent() const override { return frame_.find("colour")->extent; }
+    bool is_analytic() const override { return false; }
+
+    // There is one frame only: an offset gives a copy of it. No camera is known.
+    Result<Inputs> load(Rig& rig, const LoadRequest& request) const override {
+        Inputs inputs;
+        inputs.extent = request.extent;
+        inputs.frame.time_step = 1.0f / 24.0f;
+        for (const std::string& name : request.planes) {
+            const RawImage* raw = frame_.find(name);
+            const PlaneInfo* plane = find_plane(name);
+            if (raw == nullptr || plane == nullptr)
+                continue;
+            auto image = rig.device().create_image(plane->format, request.extent);
+            if (!image)
+                return image.error();
+            if (auto uploaded = upload(rig, *raw, *image); !uploaded)
+                return uploaded.error();
+            inputs.images.emplace(name, std::move(*image));
+        }
+        return inputs;
+    }
+
+  private:
+    static Result<void> upload(Rig& rig, const RawImage& raw, const apps::HostImage& image) {
+        if (raw.extent == image.extent())
+            return rig.device().upload(image, raw.values, raw.channels);
+        std::vector<float> factors;
+        if (raw.name == "velocity" || raw.name == "next_velocity")
+            factors = {static_cast<float>(image.extent().width) / static_cast<float>(raw.extent.width),
+                       static_cast<float>(image.extent().height) / static_cast<float>(raw.extent.height)};
+        return rig.device().upload(image, resized_nearest(raw, image.extent(), factors).values, raw.channels);
+    }
+
+    RawFrame frame_;
+    std::string name_;
+};
+
+Error unknown_scene(const std::string& name) {
+    std::vector<std::string> names;
+    std::string list;
+    for (const scene::Scene& known : scene::scenes()) {
+        names.push_back(known.info.name);
+        list += (list.empty() ? "" : ", ") + known.info.name;
+    }
+    const std::string near = nearest_name(name, names);
+    return {ErrorCode::invalid_argument, "there is no scene '" + name + "'" +
+                                             (near.empty() ? "; there are " + list : "; did you mean '" + near + "'?")};
+}
+
+} // namespace
+
+std::span<const PlaneInfo> planes() {
+    return plane_list;
+}
+
+const PlaneInfo* find_plane(std::string_view name) {
+    const auto* found = std::ranges::find_if(plane_list, [&](const PlaneInfo& plane) { return plane.name == name; });
+    return found == std::end(plane_list) ? nullptr : found;
+}
+
+const apps::HostImage* Inputs::find(std::string_view plane) const {
+    const auto found = images.find(plane);
+    return found == images.end() ? nullptr : &found->second;
+}
+
+Result<Sources> open_sources(const std::vector<std::string>& scenes, const std::vector<std::string>& raw_files) {
+    Sources sources;
+    if (scenes.empty())
+        for (const scene::Scene& scene : scene::scenes())
+            sources.push_back(std::make_unique<SceneSource>(scene));
+    for (const std::string& name : scenes) {
+        if (name == "none")
+            continue;
+        const scene::Scene* scene = scene::find_scene(name);
+        if (scene == nullptr)
+            return unknown_scene(name);
+        sources.push_back(std::make_unique<SceneSource>(*scene));
+    }
+    for (const std::string& path : raw_files) {
+        auto frame = read_raw_frame(path);
+        if (!frame)
+            return frame.error();
+        sources.push_back(std::make_unique<RawSource>(std::move(*frame)));
+    }
+    if (sources.empty())
+        return Error{ErrorCode::invalid_argument, "there is neither a scene nor a file to measure with"};
+    return sources;
+}
+
+} // namespace sfumato::bench

@@ -1,0 +1,291 @@
+// `tune`: least error within a time. Searches on one half of the scenes and reports on the other half, so that what is
+// reported is not what was fitted.
+#include "apps/bench/commands.h"
+#include "apps/bench/tune_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace sfumato::bench {
+namespace {
+
+// One scene with everything that an evaluation needs.
+struct Case {
+    std::string name;
+    TimedInputs timed;
+    std::unique_ptr<Judge> judge;
+};
+
+struct Figures {
+    double milliseconds = 0.0;
+    double moving = 0.0;
+    double all = 0.0;
+};
+
+class Tuner {
+  public:
+    Tuner(Rig& rig, const Options& options, const Variant& start) : rig_(rig), options_(options), start_(start) {}
+
+    // Scenes in which nothing moves tell nothing and are left out; the others alternate between the halves.
+    Result<void> load(const Sources& sources, const Output& output) {
+        size_t moving = 0;
+        for (const auto& source : sources) {
+            output.progress("loading " + source->name());
+            auto judge = Judge::create(rig_, options_, start_, *source);
+            if (!judge)
+                return judge.error();
+            if ((*judge)->moving_share() == 0.0)
+                continue;
+            auto timed =
+                load_timed_inputs(rig_, options_, *start_.effect, *source, times_sizes(options_, rig_, true).front());
+            if (!timed)
+                return timed.error();
+            auto& half = moving++ % 2 == 0 ? training_ : report_;
+            half.push_back({source->name(), std::move(*timed), std::move(*judge)});
+        }
+        if (training_.empty())
+            return Error{ErrorCode::input, "nothing moves in any of the scenes: there is nothing to tune on"};
+        return {};
+    }
+
+    const std::vector<Case>& training() const { return training_; }
+    const std::vector<Case>& report() const { return report_.empty() ? training_ : report_; }
+
+    Result<double> time(const std::vector<Case>& cases, const ParameterSet& setting, double warm_up) {
+        double sum = 0.0;
+        for (const Case& one : cases) {
+            const auto time = time_chain(rig_, *start_.effect, setting.data(), one.timed.sets,
+                                         timing_options(options_, rig_, warm_up));
+            if (!time)
+                return time.error();
+            sum += time->chain.median;
+        }
+        return sum / static_cast<double>(cases.size());
+    }
+
+    Result<void> score(const std::vector<Case>& cases, const ParameterSet& setting, Figures& figures) {
+        // Pipelines of settings long gone pile up in a context.
+        if (runs_++ % 50 == 0) {
+            auto context = rig_.create_context(2, false);
+            if (!context)
+                return context.error();
+            context_ = std::move(*context);
+        }
+        const Variant variant{start_.effect, "", setting};
+        figures.moving = figures.all = 0.0;
+        for (const Case& one : cases) {
+            const auto picture = one.judge->run(rig_, *context_, variant);
+            if (!picture)
+                return picture.error();
+            add(one, *picture, figures);
+        }
+        figures.moving /= static_cast<double>(cases.size());
+        figures.all /= static_cast<double>(cases.size());
+        return {};
+    }
+
+    Figures do_nothing(const std::vector<Case>& cases) const {
+        Figures figures;
+        for (const Case& one : cases)
+            add(one, one.judge->do_nothing(), figures);
+        figures.moving /= static_cast<double>(cases.size());
+        figures.all /= static_cast<double>(cases.size());
+        return figures;
+    }
+
+    Result<Outcome> evaluate(const ParameterSet& setting, double warm_up) {
+        const auto time_taken = time(training_, setting, warm_up);
+        if (!time_taken)
+            return time_taken.error();
+        Outcome outcome{*time_taken, 0.0, *time_taken <= options_.budget_ms};
+        if (!outcome.is_within_budget) // its error would not be looked at
+            return outcome;
+        Figures figures;
+        if (auto scored = score(training_, setting, figures); !scored)
+            return scored.error();
+        outcome.psnr = figures.moving;
+        return outcome;
+    }
+
+  private:
+    static void add(const Case& one, const media::Planes& picture, Figures& figures) {
+        const Score score = one.judge->score(picture, false);
+        // Equality somewhere must not outweigh everything else.
+        figures.moving += std::isfinite(score.moving_psnr) ? std::min(score.moving_psnr, 60.0) : 0.0;
+        figures.all += std::isfinite(score.all.psnr) ? std::min(score.all.psnr, 60.0) : 0.0;
+    }
+
+    Rig& rig_;
+    const Options& options_;
+    const Variant& start_;
+    std::vector<Case> training_, report_;
+    std::unique_ptr<Context> context_;
+    size_t runs_ = 0;
+};
+
+bool contains(const std::vector<std::string>& names, std::string_view name) {
+    return std::ranges::find(names, name) != names.end();
+}
+
+// Everything that is not debugging, taste, or set by hand.
+Result<std::vector<const ParameterInfo*>> choose_knobs(const Options& options, const EffectInfo& effect) {
+    std::vector<std::string> held = options.fix;
+    for (const std::string& set : options.variants.sets)
+        if (const auto assignment = parse_assignment(set); assignment)
+            held.push_back(assignment->parameter);
+    for (const auto* names : {&options.only, &options.fix})
+        for (const std::string& name : *names)
+            if (effect.parameters->find(name) == nullptr) {
+                ParameterSet scratch(*effect.parameters);
+                return set_parameter(*effect.parameters, scratch.data(), name, "").error();
+            }
+    std::vector<const ParameterInfo*> knobs;
+    const auto taste = adapter_of(effect).not_tuned;
+    for (const ParameterInfo& info : effect.parameters->parameters) {
+        const bool is_taste =
+            std::ranges::any_of(taste, [&](const char* name) { return std::string_view(name) == info.name; });
+        const bool is_wanted =
+            options.only.empty() ? !is_taste && !(info.flags & parameter_debug) : contains(options.only, info.name);
+        if (is_wanted && !contains(held, info.name))
+            knobs.push_back(&info);
+    }
+    return knobs;
+}
+
+std::string names_of(const std::vector<Case>& cases) {
+    std::string text;
+    for (const Case& one : cases)
+        text += (text.empty() ? "" : ", ") + one.name;
+    return text;
+}
+
+struct ReportRow {
+    std::string label;
+    Figures training, report;
+};
+
+Result<ReportRow> report_row(Tuner& tuner, const std::string& label, const ParameterSet& setting) {
+    ReportRow row{label, {}, {}};
+    for (const bool is_training : {true, false}) {
+        const auto& cases = is_training ? tuner.training() : tuner.report();
+        Figures& figures = is_training ? row.training : row.report;
+        const auto time = tuner.time(cases, setting, 0.05);
+        if (!time)
+            return time.error();
+        if (auto scored = tuner.score(cases, setting, figures); !scored)
+            return scored.error();
+        figures.milliseconds = *time;
+    }
+    return row;
+}
+
+Json figures_json(const Figures& figures) {
+    return {{"ms", figures.milliseconds}, {"psnr_moving", figures.moving}, {"psnr", figures.all}};
+}
+
+// Prints every improvement, so that a long search can be followed and broken off.
+Result<void> search_all(Tuner& tuner, TuneSearch& search, const Options& options, const ParameterSet& start,
+                        const Output& output) {
+    ParameterSet proposal = start;
+    for (int i = 0; i < options.evaluations && search.propose(proposal); ++i) {
+        output.progress(fmt::format("{} of {}", i + 1, options.evaluations));
+        const auto outcome = tuner.evaluate(proposal, i == 0 ? options.warm_up : 0.02);
+        if (!outcome)
+            return outcome.error();
+        const bool improves = !search.has_best() || is_better(*outcome, search.best_outcome());
+        search.tell(proposal, *outcome);
+        if (!improves)
+            continue;
+        std::string text = fmt::format("{:4}  {:.4f} ms  {}", i + 1, outcome->milliseconds,
+                                       outcome->is_within_budget ? fixed(outcome->psnr, 2) + " dB " : "too slow");
+        for (const std::string& difference : differences(proposal, start))
+            text += " " + difference.substr(difference.find('.') + 1);
+        output.print(text + "\n");
+    }
+    return {};
+}
+
+Result<void> report_all(Rig& rig, Tuner& tuner, const TuneSearch& search, const Options& options, const Variant& start,
+                        const Output& output) {
+    std::vector<ReportRow> rows = {
+        {"do nothing", tuner.do_nothing(tuner.training()), tuner.do_nothing(tuner.report())}};
+    for (const Preset& preset : start.effect->parameters->presets) {
+        ParameterSet setting(*start.effect->parameters);
+        if (auto applied = apply_preset(setting.table(), setting.data(), preset.name); !applied)
+            return applied;
+        auto row = report_row(tuner, preset.name, setting);
+        if (!row)
+            return row.error();
+        rows.push_back(std::move(*row));
+    }
+    auto found = report_row(tuner, "found", search.best());
+    if (!found)
+        return found.error();
+    rows.push_back(std::move(*found));
+    Table table({"setting", "training ms", "moving dB", "all dB", "report ms", "moving dB", "all dB"}, 1);
+    Json json = {{"program", "sfumato-bench"},
+                 {"command", "tune"},
+                 {"device", device_json(rig)},
+                 {"effect", start.effect->name},
+                 {"preset", start.label},
+                 {"budget_ms", options.budget_ms},
+                 {"seed", options.seed},
+                 {"training", names_of(tuner.training())},
+                 {"report", names_of(tuner.report())},
+                 {"rows", Json::array()}};
+    for (const ReportRow& row : rows) {
+        table.add({row.label, fixed(row.training.milliseconds, 4), fixed(row.training.moving, 2),
+                   fixed(row.training.all, 2), fixed(row.report.milliseconds, 4), fixed(row.report.moving, 2),
+                   fixed(row.report.all, 2)});
+        json["rows"].push_back(
+            {{"setting", row.label}, {"training", figures_json(row.training)}, {"report", figures_json(row.report)}});
+    }
+    const auto sets = differences(search.best(), start.parameters);
+    json["sets"] = sets;
+    json["within_budget"] = search.best_outcome().is_within_budget;
+    std::string command = "--effect " + std::string(start.effect->name) + " --preset " + start.label;
+    for (const std::string& set : sets)
+        command += " --set " + set;
+    output.print("\n" + table.text() + "\n" +
+                 (search.best_outcome().is_within_budget ? "" : "Nothing within the budget was found; the fastest:\n") +
+                 command + "\n");
+    return output.write(json);
+}
+
+} // namespace
+
+Result<void> tune(Rig& rig, const Options& options, const Variants& variants, const Sources& sources,
+                  const Output& output) {
+    if (options.variants.effect.empty() && effects().size() > 1)
+        return Error{ErrorCode::invalid_argument, "tune needs --effect"};
+    Variant start = variants.front();
+    if (options.variants.presets.empty()) { // the defaults, with what is set by hand
+        VariantRequest request = options.variants;
+        request.presets = {"default"};
+        auto made = make_variants(request);
+        if (!made)
+            return made.error();
+        start = made->front();
+    }
+    const auto knobs = choose_knobs(options, *start.effect);
+    if (!knobs)
+        return knobs.error();
+    output.print(header_text("tune", rig));
+    Tuner tuner(rig, options, start);
+    if (auto loaded = tuner.load(sources, output); !loaded)
+        return loaded;
+    std::string names;
+    for (const ParameterInfo* knob : *knobs)
+        names += std::string(names.empty() ? "" : ", ") + knob->name;
+    output.print(fmt::format("budget {} ms at {}, seed {}\nvaries: {}\ntraining: {}\nreport: {}\n\n", options.budget_ms,
+                             extent_text(times_sizes(options, rig, true).front()), options.seed, names,
+                             names_of(tuner.training()), names_of(tuner.report())));
+    TuneSearch search(start.parameters, *knobs, options.seed);
+    if (auto searched = search_all(tuner, search, options, start.parameters, output); !searched)
+        return searched;
+    return report_all(rig, tuner, search, options, start, output);
+}
+
+} // namespace sfumato::bench

@@ -1,0 +1,107 @@
+// Instances, outputs and recording of a chain of effects.
+#include "apps/cli/effect_runner.h"
+
+#include "apps/cli/exit_code.h"
+
+#include <cstddef>
+#include <fmt/format.h>
+
+namespace sfumato::cli {
+
+VkFormat float_format(uint32_t components) {
+    if (components <= 1)
+        return VK_FORMAT_R32_SFLOAT;
+    return components == 2 ? VK_FORMAT_R32G32_SFLOAT : VK_FORMAT_R32G32B32A32_SFLOAT;
+}
+
+Result<std::unique_ptr<EffectRunner>> EffectRunner::create(apps::Device& device, const EffectChain& chain,
+                                                           uint32_t frames_in_flight) {
+    ContextInfo info = device.context_info();
+    info.frames_in_flight = frames_in_flight;
+    auto context = Context::create(info);
+    if (!context)
+        return as_device(context.error());
+    std::unique_ptr<EffectRunner> runner(new EffectRunner(device, std::move(*context)));
+    for (const ChainLink& link : chain) {
+        Stage stage{&link, nullptr, {}};
+        bool has_colour = false;
+        for (const ImageRole& role : link.effect->images) {
+            if (role.use != ImageUse::output)
+                continue;
+            const bool is_colour = !has_colour && role.components >= 3;
+            has_colour = has_colour || is_colour;
+            stage.outputs.push_back({&role, is_colour, {}});
+        }
+        runner->stages_.push_back(std::move(stage));
+    }
+    if (auto started = runner->restart(); !started)
+        return started.error();
+    return runner;
+}
+
+Result<void> EffectRunner::restart() {
+    for (Stage& stage : stages_) {
+        stage.effect.reset();
+        auto effect = AnyEffect::create(*context_, *stage.link->effect);
+        if (!effect)
+            return as_device(effect.error());
+        stage.effect = std::move(*effect);
+    }
+    return {};
+}
+
+Result<void> EffectRunner::prepare(Extent extent) {
+    if (extent == extent_)
+        return {};
+    for (Stage& stage : stages_) {
+        for (Output& output : stage.outputs) {
+            auto image = device_->create_image(float_format(output.role->components), extent);
+            if (!image)
+                return as_device(image.error());
+            output.image = std::move(*image);
+        }
+    }
+    extent_ = extent;
+    context_->trim();
+    return {};
+}
+
+Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, const RoleImages& inputs) {
+    RoleImages current = inputs;
+    for (Stage& stage : stages_) {
+        const EffectInfo& effect = *stage.link->effect;
+        std::vector<std::max_align_t> images(effect.images_size / sizeof(std::max_align_t) + 1);
+        for (const ImageRole& role : effect.images) {
+            const auto found = current.find(role.name);
+            role.get(images.data()) = role.use != ImageUse::output && found != current.end() ? found->second : Image{};
+        }
+        for (const Output& output : stage.outputs)
+            output.role->get(images.data()) = output.image.image();
+        if (auto recorded = stage.effect->record(commands, frame, stage.link->parameters.data(), images.data());
+            !recorded)
+            return recorded.error();
+        for (const Output& output : stage.outputs)
+            if (output.is_colour)
+                current["colour"] = output.image.image();
+    }
+    return {};
+}
+
+const apps::HostImage* EffectRunner::colour() const {
+    for (auto stage = stages_.rbegin(); stage != stages_.rend(); ++stage)
+        for (const Output& output : stage->outputs)
+            if (output.is_colour)
+                return &output.image;
+    return nullptr;
+}
+
+std::map<std::string, const apps::HostImage*> EffectRunner::extras() const {
+    std::map<std::string, const apps::HostImage*> result;
+    for (const Stage& stage : stages_)
+        for (const Output& output : stage.outputs)
+            if (!output.is_colour)
+                result[fmt::format("{}.{}", stage.link->effect->name, output.role->name)] = &output.image;
+    return result;
+}
+
+} // namespace sfumato::cli

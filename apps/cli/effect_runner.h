@@ -1,0 +1,62 @@
+// A chain of effects on one device: owns their instances and outputs, and records them one after the other.
+#pragma once
+
+#include "apps/cli/effect_chain.h"
+#include "apps/common/device.h"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace sfumato::cli {
+
+// Inputs by role; the colour output of an effect is the colour of the next.
+using RoleImages = std::map<std::string, Image>;
+
+class EffectRunner {
+  public:
+    // `frames_in_flight` as ContextInfo has it. Errors are the device's.
+    static Result<std::unique_ptr<EffectRunner>> create(apps::Device& device, const EffectChain& chain,
+                                                        uint32_t frames_in_flight);
+
+    // Makes the outputs for pictures of this size, with nothing in flight. Cheap if they are there already.
+    Result<void> prepare(Extent extent);
+
+    // New histories, for frames that do not follow on the last. Nothing may be in flight.
+    Result<void> restart();
+
+    Result<void> record(VkCommandBuffer commands, const Frame& frame, const RoleImages& inputs);
+
+    // The colour after the last effect; the first input if no effect has a colour output.
+    const apps::HostImage* colour() const;
+    // What effects put out besides colour, by channel name: "ambient-occlusion.visibility".
+    std::map<std::string, const apps::HostImage*> extras() const;
+
+    Context& context() { return *context_; }
+
+  private:
+    struct Output {
+        const ImageRole* role = nullptr;
+        bool is_colour = false;
+        apps::HostImage image;
+    };
+    struct Stage {
+        const ChainLink* link = nullptr;
+        std::unique_ptr<AnyEffect> effect;
+        std::vector<Output> outputs;
+    };
+
+    EffectRunner(apps::Device& device, std::unique_ptr<Context> context)
+        : device_(&device), context_(std::move(context)) {}
+
+    apps::Device* device_;
+    std::unique_ptr<Context> context_;
+    std::vector<Stage> stages_;
+    Extent extent_;
+};
+
+// The float format with at least that many components: nothing of the files' precision is lost on the device.
+VkFormat float_format(uint32_t components);
+
+} // namespace sfumato::cli

@@ -1,0 +1,26 @@
+// Options that several commands share.
+#include "apps/cli/command.h"
+
+#include <algorithm>
+#include <thread>
+
+namespace sfumato::cli {
+
+CLI::Option* add_text(CLI::App& app, const std::string& name, std::string& target, const std::string& doc) {
+    return app.add_option(name, target, doc)->type_name("");
+}
+
+void add_chain_options(CLI::App& app, ChainOptions& options, std::string& save_config) {
+    add_text(app, "--preset", options.preset, "Preset for all effects, or EFFECT=NAME,… (list presets)");
+    app.add_option("--set", options.settings, "effect.parameter=value, as often as wanted (list parameters)")
+        ->type_name("")
+        ->allow_extra_args(false);
+    add_text(app, "--config", options.config, "Parameters from a TOML file; --preset and --set win");
+    add_text(app, "--save-config", save_config, "Write the effective parameters to a TOML file");
+}
+
+int coding_threads() {
+    return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 8u));
+}
+
+} // namespace sfumato::cli

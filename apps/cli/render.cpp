@@ -1,0 +1,340 @@
+// sfumato render: built-in scenes with their passes, effects and ground truth.
+#include "apps/cli/command.h"
+#include "apps/cli/effect_runner.h"
+#include "apps/cli/frame_list.h"
+#include "apps/cli/frame_writer.h"
+#include "apps/cli/pipeline.h"
+#include "apps/cli/render_file.h"
+#include "media/png_file.h"
+#include "media/sequence.h"
+#include "scene/scene.h"
+
+#include <charconv>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+namespace sfumato::cli {
+
+namespace {
+
+struct RenderCommandOptions {
+    std::string scene, output, frames, device, save_config;
+    std::string size = "960x540";
+    ChainOptions chain;
+    int truth = 0;
+    int samples = 2;
+    bool all_passes = false;
+    bool full_float = false;
+    bool no_clobber = false;
+    bool dry_run = false;
+};
+
+Result<Extent> parse_size(const std::string& text) {
+    Extent extent;
+    const char* end = text.data() + text.size();
+    const auto [x, width_error] = std::from_chars(text.data(), end, extent.width);
+    const bool has_x = width_error == std::errc() && x != end && (*x == 'x' || *x == 'X');
+    const auto [last, height_error] = std::from_chars(has_x ? x + 1 : end, end, extent.height);
+    if (!has_x || height_error != std::errc() || last != end || !extent || extent.width > 16384 ||
+        extent.height > 16384)
+        return usage_error(
+            fmt::format("--size {}: write WIDTHxHEIGHT, as in 1920x1080, with sides from 1 to 16384", text));
+    return extent;
+}
+
+Result<const scene::Scene*> choose_scene(const std::string& name) {
+    if (const scene::Scene* found = scene::find_scene(name))
+        return found;
+    std::vector<std::string> names;
+    for (const scene::Scene& one : scene::scenes())
+        names.push_back(one.info.name);
+    const std::string hint = did_you_mean(name, names);
+    return usage_error(fmt::format("no scene is called '{}'{}", name,
+                                   hint.empty() ? fmt::format("; there are {}", fmt::join(names, ", ")) : hint));
+}
+
+// Without --frames: the key frame for one file, all frames for a pattern.
+Result<std::vector<media::SequenceFrame>> choose_frames(const RenderCommandOptions& options,
+                                                        const scene::Scene& scene) {
+    auto pattern = media::FramePattern::parse(options.output);
+    if (!pattern)
+        return pattern.error();
+    std::vector<int> frames = {scene.info.key_frame};
+    if (!options.frames.empty()) {
+        auto parsed = media::parse_frame_range(options.frames);
+        if (!parsed)
+            return parsed.error();
+        frames = std::move(*parsed);
+    } else if (pattern->is_sequence()) {
+        frames.clear();
+        for (int frame = 1; frame <= scene.info.frames; ++frame)
+            frames.push_back(frame);
+    }
+    return media::output_frames(*pattern, frames);
+}
+
+// The truth opens its shutter as the blur in the chain does.
+scene::Shutter shutter_of(const EffectChain& chain, int sub_frames) {
+    scene::Shutter shutter;
+    shutter.sub_frames = sub_frames;
+    for (const ChainLink& link : chain) {
+        const ParameterInfo* open = link.effect->parameters->find("shutter");
+        const ParameterInfo* position = link.effect->parameters->find("shutter_position");
+        if (!open || !position)
+            continue;
+        shutter.open = open->get(link.parameters.data());
+        shutter.position = static_cast<scene::ShutterPosition>(static_cast<int>(position->get(link.parameters.data())));
+    }
+    return shutter;
+}
+
+class SceneFrames {
+  public:
+    SceneFrames(const RenderCommandOptions& options, const EffectChain& chain, const scene::Scene& scene, Extent extent)
+        : options_(options), chain_(chain), scene_(scene), extent_(extent) {}
+
+    ~SceneFrames() {
+        if (device_)
+            static_cast<void>(static_cast<bool>(device_->wait_idle()));
+    }
+
+    Result<void> open() {
+        apps::DeviceOptions device_options;
+        device_options.device = options_.device;
+        auto device = apps::Device::create(device_options);
+        if (!device)
+            return as_device(device.error());
+        device_ = std::move(*device);
+        auto runner = EffectRunner::create(*device_, chain_, 2);
+        if (!runner)
+            return runner.error();
+        runner_ = std::move(*runner);
+        if (auto prepared = runner_->prepare(extent_); !prepared)
+            return prepared;
+        auto renderer = scene::SceneRenderer::create(runner_->context());
+        if (!renderer)
+            return as_device(renderer.error());
+        renderer_ = std::move(*renderer);
+        return make_images();
+    }
+
+    Result<RenderedFrame> render(int number, bool restarts) {
+        if (restarts)
+            if (auto restarted = runner_->restart(); !restarted)
+                return restarted.error();
+        auto commands = device_->begin();
+        if (!commands)
+            return as_device(commands.error());
+        scene::RenderOptions render_options;
+        render_options.samples = options_.samples;
+        render_options.shutter = shutter_of(chain_, std::max(1, options_.truth));
+        if (auto recorded = renderer_->record(*commands, scene_, number, render_options, scene_images(), count_++);
+            !recorded)
+            return as_device(recorded.error());
+        if (auto recorded = runner_->record(*commands, scene::frame_facts(scene_, number, extent_), role_images());
+            !recorded)
+            return as_device(recorded.error());
+        if (auto done = device_->submit_and_wait(); !done)
+            return as_device(done.error());
+        return read_back(number);
+    }
+
+    const std::string& device_name() const { return device_->name(); }
+
+  private:
+    Result<void> make_images() {
+        std::vector<std::pair<const char*, uint32_t>> wanted = {
+            {"colour", 4}, {"depth", 1}, {"normal", 4}, {"velocity", 2}, {"next_velocity", 2}};
+        if (options_.all_passes)
+            wanted.insert(wanted.end(), {{"direct", 4}, {"ambient", 4}, {"shadow", 1}});
+        if (options_.truth > 0)
+            wanted.emplace_back("truth", 4);
+        for (const auto& [name, components] : wanted) {
+            auto image = device_->create_image(float_format(components), extent_);
+            if (!image)
+                return as_device(image.error());
+            images_[name] = std::move(*image);
+        }
+        return {};
+    }
+
+    Image image(const char* name) const {
+        const auto found = images_.find(name);
+        return found == images_.end() ? Image{} : found->second.image();
+    }
+
+    scene::SceneImages scene_images() const {
+        return {image("colour"),   image("direct"),        image("ambient"), image("depth"), image("normal"),
+                image("velocity"), image("next_velocity"), image("shadow"),  image("truth")};
+    }
+
+    RoleImages role_images() const {
+        RoleImages roles;
+        for (const char* name : {"colour", "depth", "normal", "velocity", "next_velocity"})
+            roles[name] = image(name);
+        roles["normals"] = image("normal");
+        return roles;
+    }
+
+    Result<void> read_pass(RenderedFrame& frame, const std::string& name, const apps::HostImage& image) {
+        auto values = device_->readback(image);
+        if (!values)
+            return as_device(values.error());
+        const auto components = static_cast<uint32_t>(values->size() / (size_t{extent_.width} * extent_.height));
+        frame.passes[name] = {components, std::move(*values)};
+        return {};
+    }
+
+    Result<RenderedFrame> read_back(int number) {
+        RenderedFrame frame{extent_, number, scene_.info.frames_per_second, scene::camera(scene_, number, extent_), {}};
+        const apps::HostImage* result = runner_->colour();
+        for (const auto& [name, image] : images_) {
+            if (name == "colour" && result && !options_.all_passes)
+                continue;
+            if (auto read = read_pass(frame, name == "colour" && result ? "sharp" : name, image); !read)
+                return read.error();
+        }
+        if (result)
+            if (auto read = read_pass(frame, "colour", *result); !read)
+                return read.error();
+        for (const auto& [name, image] : runner_->extras())
+            if (auto read = read_pass(frame, name, *image); !read)
+                return read.error();
+        return frame;
+    }
+
+    const RenderCommandOptions& options_;
+    const EffectChain& chain_;
+    const scene::Scene& scene_;
+    Extent extent_;
+    uint64_t count_ = 0;
+    std::unique_ptr<apps::Device> device_;
+    std::unique_ptr<EffectRunner> runner_;
+    std::unique_ptr<scene::SceneRenderer> renderer_;
+    std::map<std::string, apps::HostImage> images_;
+};
+
+Result<void> write_png(const RenderedFrame& frame, const std::filesystem::path& path,
+                       const RenderCommandOptions& options) {
+    // A picture holds one thing: the truth, if it was asked for and nothing else stands in its place.
+    const RenderedPass& pass = frame.passes.at(options.truth > 0 ? "truth" : "colour");
+    std::vector<std::vector<float>> planes(3, std::vector<float>(pass.values.size() / pass.components));
+    for (size_t c = 0; c < 3; ++c)
+        for (size_t i = 0; i < planes[c].size(); ++i)
+            planes[c][i] = pass.values[i * pass.components + c];
+    const auto picture =
+        media::make_picture(static_cast<int>(frame.extent.width), static_cast<int>(frame.extent.height),
+                            planes[0].data(), planes[1].data(), planes[2].data());
+    return media::write_png(path, picture, {options.no_clobber, true});
+}
+
+Result<void> write_rendered(const RenderedFrame& frame, const std::filesystem::path& path, const EffectChain& chain,
+                            const RenderCommandOptions& options, const Invocation& invocation) {
+    if (auto made = make_parent_folder(path); !made)
+        return made;
+    if (options.output.ends_with(".png"))
+        return write_png(frame, path, options);
+    media::ExrImage image = rendered_image(frame, options.full_float);
+    add_provenance(image.parts.front(), chain, invocation.command_line);
+    image.parts.front().set_string_attribute("sfumato/scene", options.scene);
+    media::ExrWriteOptions write_options;
+    write_options.no_clobber = options.no_clobber;
+    write_options.threads = coding_threads();
+    return media::write_exr(path, image, write_options);
+}
+
+Outcome render_all(const std::vector<media::SequenceFrame>& frames, SceneFrames& source, const EffectChain& chain,
+                   const RenderCommandOptions& options, const Invocation& invocation, Console& console) {
+    if (auto opened = source.open(); !opened)
+        return opened.error();
+    console.note("device: " + source.device_name());
+    console.start_progress(frames.size());
+    nlohmann::ordered_json json = {{"scene", options.scene}, {"device", source.device_name()}};
+    for (size_t i = 0; i < frames.size() && !interrupted; ++i) {
+        const bool restarts = i > 0 && frames[i].frame != frames[i - 1].frame + 1;
+        auto frame = source.render(frames[i].frame, restarts);
+        if (!frame)
+            return frame.error();
+        if (auto written = write_rendered(*frame, frames[i].path, chain, options, invocation); !written)
+            return written.error();
+        json["outputs"].push_back(frames[i].path.string());
+        console.advance(fmt::format("{} frame {} -> {}", options.scene, frames[i].frame, frames[i].path.string()));
+    }
+    console.end_progress();
+    if (interrupted) {
+        console.error({ErrorCode::internal, "interrupted; what was finished is written"});
+        return exit_interrupted;
+    }
+    if (invocation.verbosity.json)
+        console.result(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+    return exit_done;
+}
+
+Outcome run(const RenderCommandOptions& options, const Invocation& invocation, Console& console) {
+    auto scene = choose_scene(options.scene);
+    if (!scene)
+        return scene.error();
+    const auto extent = parse_size(options.size);
+    if (!extent)
+        return extent.error();
+    auto format = output_format(options.output);
+    if (!format)
+        return format.error();
+    const bool has_effects = !options.chain.effects.empty();
+    if (!has_effects &&
+        (!options.chain.preset.empty() || !options.chain.settings.empty() || !options.chain.config.empty()))
+        return usage_error("--preset, --set and --config are for effects; name them with --effects");
+    if (*format == "png" && has_effects && options.truth > 0)
+        return usage_error("a PNG holds one picture: write .exr, or render effects and --truth apart");
+    auto chain = has_effects ? make_chain(options.chain) : Result<EffectChain>(EffectChain{});
+    if (!chain)
+        return chain.error();
+    auto frames = choose_frames(options, **scene);
+    if (!frames)
+        return frames.error();
+    for (const auto& [frame, path] : *frames)
+        if (std::error_code failed; options.no_clobber && std::filesystem::exists(path, failed))
+            return input_error(
+                fmt::format("{}: exists already, and --no-clobber forbids to overwrite it", path.string()));
+    if (options.dry_run) {
+        for (const auto& [frame, path] : *frames)
+            console.line(fmt::format("would render {} frame {} -> {}", options.scene, frame, path.string()));
+        return exit_done;
+    }
+    if (!options.save_config.empty())
+        if (auto saved = save_config(*chain, options.save_config, options.no_clobber); !saved)
+            return saved.error();
+    catch_interrupts();
+    SceneFrames source(options, *chain, **scene, *extent);
+    return render_all(*frames, source, *chain, options, invocation, console);
+}
+
+} // namespace
+
+Command make_render(CLI::App& app) {
+    auto options = std::make_shared<RenderCommandOptions>();
+    app.add_option("SCENE", options->scene, "A built-in scene (list scenes)")->required();
+    add_text(app, "-o,--output", options->output, "File or pattern: .exr with all channels, or .png")->required();
+    add_text(app, "--frames", options->frames, "Frames (default: the key frame, or all for a pattern)");
+    add_text(app, "--size", options->size, "WIDTHxHEIGHT (default: 960x540)");
+    add_text(app, "--effects", options->chain.effects, "Effects, left to right: motion-blur[,…]");
+    add_chain_options(app, options->chain, options->save_config);
+    app.add_option("--truth", options->truth, "Add true motion blur, the mean of N sub-frames")
+        ->check(CLI::Range(1, 256))
+        ->type_name("N");
+    app.add_option("--samples", options->samples, "Samples a side of each pixel")
+        ->check(CLI::Range(1, 8))
+        ->type_name("N");
+    app.add_flag("--passes", options->all_passes,
+                 "Add direct and ambient light, shadow, and the colour before effects");
+    add_text(app, "--device", options->device, "Vulkan device: index or part of the name (list devices)");
+    app.add_flag("--no-clobber", options->no_clobber, "Refuse to overwrite files");
+    app.add_flag("-n,--dry-run", options->dry_run, "Only tell what would be done");
+    app.add_flag("--float", options->full_float, "Write colour as 32-bit floats in place of half");
+    app.footer("Example: sfumato render fairground -o fair.####.exr --effects motion-blur --preset high --truth 64");
+    return [options](const Invocation& invocation, Console& console) { return run(*options, invocation, console); };
+}
+
+} // namespace sfumato::cli
