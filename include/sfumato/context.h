@@ -30,12 +30,13 @@ struct ContextInfo {
     VkInstance instance = VK_NULL_HANDLE;
     VkPhysicalDevice physical_device = VK_NULL_HANDLE;
     VkDevice device = VK_NULL_HANDLE;
-    PFN_vkGetInstanceProcAddr get_instance_proc_addr = nullptr; // for three queries of the physical device
+    PFN_vkGetInstanceProcAddr get_instance_proc_addr = nullptr; // for queries of the physical device
     PFN_vkGetDeviceProcAddr get_device_proc_addr = nullptr;     // for everything else
     uint32_t frames_in_flight = 2;                              // 1…16 frames recorded before the first has finished
     VkPipelineCache pipeline_cache = VK_NULL_HANDLE;            // optional, the host's
     bool timestamps = false;                                    // measure every pass; needs timestampValidBits > 0
     bool labels = false; // VK_EXT_debug_utils is enabled: name passes and objects for RenderDoc and the like
+    bool subgroups = true; // use subgroup arithmetic where the device has it; results are the same bits without
     // For tests: fills new transients and histories with this byte instead of leaving them undefined. -1: off.
     int poison = -1;
     uint32_t header_version = version; // checked against the library that was linked

@@ -54,6 +54,12 @@ Result<std::unique_ptr<Context>> Context::create(const ContextInfo& info) {
     state->timestamp_period = properties.limits.timestampPeriod;
     state->max_side = properties.limits.maxImageDimension2D;
     state->uniform_alignment = std::max<uint64_t>(16, properties.limits.minUniformBufferOffsetAlignment);
+    VkPhysicalDeviceSubgroupProperties subgroup{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
+    VkPhysicalDeviceProperties2 more{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroup};
+    state->vk.vkGetPhysicalDeviceProperties2(info.physical_device, &more);
+    state->subgroups = info.subgroups && (subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0 &&
+                       (subgroup.supportedOperations & VK_SUBGROUP_FEATURE_ARITHMETIC_BIT) != 0 &&
+                       subgroup.subgroupSize >= 4;
     state->vk.vkGetPhysicalDeviceMemoryProperties(info.physical_device, &state->memory);
     if (auto created = state->create(); !created)
         return created.error();

@@ -54,6 +54,7 @@ struct ContextState {
     float timestamp_period = 1.0f;  // nanoseconds a tick
     uint32_t max_side = 4096;       // of a 2D image
     uint64_t uniform_alignment = 256;
+    bool subgroups = false; // arithmetic in compute shaders, four wide or more
     VkSampler nearest = VK_NULL_HANDLE;
     VkSampler linear = VK_NULL_HANDLE;
     VkDescriptorSetLayout constants_layout = VK_NULL_HANDLE;
@@ -76,6 +77,9 @@ struct ContextState {
     Result<std::unique_ptr<DeviceBuffer>> create_buffer(uint64_t bytes, VkBufferUsageFlags usage, bool host_visible);
     void destroy(DeviceBuffer& buffer);
     Result<const Pipeline*> pipeline(const Plan& plan, const Pass& pass);
+    const Shader& shader_of(const Pass& pass) const {
+        return subgroups && !pass.subgroup_shader.code.empty() ? pass.subgroup_shader : pass.shader;
+    }
 
     // True when the device can no longer be using it.
     bool is_idle(const LastUse& use) const;

@@ -8,6 +8,7 @@ namespace sfumato {
 
 #define SFUMATO_INSTANCE_FUNCTIONS(X)                                                                                  \
     X(vkGetPhysicalDeviceProperties)                                                                                   \
+    X(vkGetPhysicalDeviceProperties2)                                                                                  \
     X(vkGetPhysicalDeviceMemoryProperties)                                                                             \
     X(vkGetPhysicalDeviceFormatProperties)
 

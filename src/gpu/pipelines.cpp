@@ -56,7 +56,7 @@ Result<void> check_bindings(const Plan& plan, const Pass& pass, const ShaderInte
 } // namespace
 
 Result<const Pipeline*> ContextState::pipeline(const Plan& plan, const Pass& pass) {
-    std::vector<uint64_t> key = {reinterpret_cast<uint64_t>(pass.shader.code.data()), pass.accesses.size(),
+    std::vector<uint64_t> key = {reinterpret_cast<uint64_t>(shader_of(pass).code.data()), pass.accesses.size(),
                                  pass.constants.empty() ? 0u : 1u};
     for (const Access& access : pass.accesses)
         key.push_back(descriptor_type(access.kind));
@@ -70,7 +70,8 @@ Result<const Pipeline*> ContextState::pipeline(const Plan& plan, const Pass& pas
 }
 
 Result<Pipeline> ContextState::create_pipeline(const Plan& plan, const Pass& pass) {
-    auto shader = reflect_shader(pass.shader);
+    const Shader& source = shader_of(pass);
+    auto shader = reflect_shader(source);
     if (!shader)
         return shader.error();
     if (auto checked = check_bindings(plan, pass, *shader); !checked)
@@ -83,7 +84,7 @@ Result<Pipeline> ContextState::create_pipeline(const Plan& plan, const Pass& pas
         vk.vkDestroyPipelineLayout(info.device, result.layout, nullptr);
         vk.vkDestroyDescriptorSetLayout(info.device, result.set_layout, nullptr);
         Error error = vulkan_error(call, code);
-        error.message = std::string(pass.shader.name) + ": " + error.message;
+        error.message = std::string(source.name) + ": " + error.message;
         return error;
     };
     std::vector<VkDescriptorSetLayoutBinding> bindings;
@@ -101,8 +102,8 @@ Result<Pipeline> ContextState::create_pipeline(const Plan& plan, const Pass& pas
     if (VkResult r = vk.vkCreatePipelineLayout(info.device, &layout, nullptr, &result.layout); r != VK_SUCCESS)
         return fail("vkCreatePipelineLayout", r);
     VkShaderModuleCreateInfo code{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO};
-    code.codeSize = pass.shader.code.size_bytes();
-    code.pCode = pass.shader.code.data();
+    code.codeSize = source.code.size_bytes();
+    code.pCode = source.code.data();
     if (VkResult r = vk.vkCreateShaderModule(info.device, &code, nullptr, &module); r != VK_SUCCESS)
         return fail("vkCreateShaderModule", r);
     std::vector<VkSpecializationMapEntry> entries;
@@ -124,7 +125,7 @@ Result<Pipeline> ContextState::create_pipeline(const Plan& plan, const Pass& pas
         r != VK_SUCCESS)
         return fail("vkCreateComputePipelines", r);
     vk.vkDestroyShaderModule(info.device, module, nullptr);
-    name_object(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(result.pipeline), pass.shader.name);
+    name_object(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(result.pipeline), source.name);
     return result;
 }
 

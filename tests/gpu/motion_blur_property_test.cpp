@@ -207,6 +207,15 @@ TEST(MotionBlurProperty, ALayerAloneBlurs) {
     EXPECT_LT(difference(blur_on_device(same, base()), blur_on_device(input, base())).largest, 1e-5);
 }
 
+TEST(MotionBlurProperty, SubgroupOperationsDoNotChangeABit) {
+    const BlurInput input = disc_scene(120, 77);
+    for (const VelocityStorage storage : {VelocityStorage::half, VelocityStorage::packed}) {
+        MotionBlurParameters p = base();
+        p.storage = storage;
+        EXPECT_EQ(difference(blur_on_device(input, p), blur_on_device(input, p, {}, false)).largest, 0.0);
+    }
+}
+
 // A camera that stands still says nothing of the next velocity of things that move.
 TEST(MotionBlurProperty, ANextCameraDoesNotStopThings) {
     const BlurInput input = disc_scene(96, 64);

@@ -11,6 +11,7 @@ namespace {
 struct Rig {
     std::unique_ptr<apps::Device> device;
     std::unique_ptr<Context> context;
+    std::unique_ptr<Context> plain; // without subgroup operations
 };
 
 Rig* rig() {
@@ -25,7 +26,14 @@ Rig* rig() {
             ADD_FAILURE() << context.error().message;
             return static_cast<Rig*>(nullptr);
         }
-        return new Rig{std::move(*device), std::move(*context)};
+        ContextInfo info = (*device)->context_info();
+        info.subgroups = false;
+        auto plain = Context::create(info);
+        if (!plain) {
+            ADD_FAILURE() << plain.error().message;
+            return static_cast<Rig*>(nullptr);
+        }
+        return new Rig{std::move(*device), std::move(*context), std::move(*plain)};
     }();
     return shared;
 }
@@ -58,7 +66,8 @@ double texture(double x, double y, int channel) {
 
 } // namespace
 
-reference::Grid<4> blur_on_device(const BlurInput& input, const MotionBlurParameters& parameters, const Frame& frame) {
+reference::Grid<4> blur_on_device(const BlurInput& input, const MotionBlurParameters& parameters, const Frame& frame,
+                                  bool subgroups) {
     reference::Grid<4> result(input.colour.width, input.colour.height);
     Rig* r = rig();
     if (!r)
@@ -74,7 +83,7 @@ reference::Grid<4> blur_on_device(const BlurInput& input, const MotionBlurParame
     }
     layers.resize(4);
     auto output = device.create_image(VK_FORMAT_R32G32B32A32_SFLOAT, colour.extent());
-    auto effect = MotionBlur::create(*r->context);
+    auto effect = MotionBlur::create(subgroups ? *r->context : *r->plain);
     if (!output || !effect) {
         ADD_FAILURE() << "could not create the effect or its output";
         return result;

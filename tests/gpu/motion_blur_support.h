@@ -17,7 +17,7 @@ using BlurInput = reference::MotionBlurInput;
 
 // The device's picture for the same input and parameters: reference::Grid<4> of what was read back.
 reference::Grid<4> blur_on_device(const BlurInput& input, const MotionBlurParameters& parameters,
-                                  const Frame& frame = {});
+                                  const Frame& frame = {}, bool subgroups = true);
 
 // The reference's settings that mean the same as the parameters.
 reference::MotionBlurSettings settings_of(const MotionBlurParameters& parameters, const Frame& frame = {});

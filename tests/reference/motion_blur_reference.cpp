@@ -198,19 +198,23 @@ namespace {
 // Renderers filter their vectors like their colours: at a silhouette a vector is a mixture of both surfaces'. Where a
 // pixel has neighbours of unlike depth, it takes among its 3x3 neighbours of like depth the vector farthest from the
 // mean of the unlike ones. Pixels whose neighbours are all of like depth keep their own.
+// Vectors that are not finite neither count nor are taken.
 Grid<2> repair(const Grid<2>& velocity, const Grid<1>& depth) {
     Grid<2> result = velocity;
     for (int y = 0; y < velocity.height; ++y) {
         for (int x = 0; x < velocity.width; ++x) {
             const double z = depth.at(x, y)[0];
             const auto like = [&](double other) { return std::fabs(other - z) <= 0.02 * std::min(other, z); };
+            const auto at = [&](int i, int j) {
+                const auto& v = velocity.clamped(x + i, y + j);
+                return Vector{v[0], v[1]};
+            };
             Vector others;
             int count = 0;
             for (int j = -1; j <= 1; ++j)
                 for (int i = -1; i <= 1; ++i)
-                    if (!like(depth.clamped(x + i, y + j)[0])) {
-                        const auto& v = velocity.clamped(x + i, y + j);
-                        others = others + Vector{v[0], v[1]};
+                    if (!like(depth.clamped(x + i, y + j)[0]) && finite(at(i, j))) {
+                        others = others + at(i, j);
                         ++count;
                     }
             if (count == 0)
@@ -219,12 +223,11 @@ Grid<2> repair(const Grid<2>& velocity, const Grid<1>& depth) {
             double farthest = -1;
             for (int j = -1; j <= 1; ++j) // row by row; the first of equals stays
                 for (int i = -1; i <= 1; ++i)
-                    if (like(depth.clamped(x + i, y + j)[0])) {
-                        const auto& v = velocity.clamped(x + i, y + j);
-                        const Vector difference = Vector{v[0], v[1]} - others;
+                    if (like(depth.clamped(x + i, y + j)[0]) && finite(at(i, j))) {
+                        const Vector difference = at(i, j) - others;
                         if (dot(difference, difference) > farthest) {
                             farthest = dot(difference, difference);
-                            result.at(x, y) = v;
+                            result.at(x, y) = {at(i, j).x, at(i, j).y};
                         }
                     }
         }
@@ -275,31 +278,40 @@ Grid<3> velocity_stage(const MotionBlurInput& input, const MotionBlurSettings& s
         for (int x = 0; x < width; ++x) {
             const double z = depth_at(x, y);
             depth.at(x, y) = {is_sky(z) ? sky_depth : std::max(z, 0.0)};
-            // Velocity images without a value, and sky, which renderers leave without one, take the camera's motion.
-            const auto read = [&](const Grid<2>& image, const Matrix& other, double sign, bool camera) {
-                Vector v{std::numeric_limits<double>::quiet_NaN(), 0};
-                if (!image.empty()) {
-                    const auto& texel = nearest(image, x, y, width, height);
-                    v = {texel[0] * width / image.width, texel[1] * height / image.height};
-                }
-                if (camera && (!finite(v) || is_sky(z)))
-                    v = sign * camera_displacement(input.camera.clip_from_view, other, z, x, y, width, height);
-                return v;
+            const auto stored = [&](const Grid<2>& image) -> std::array<double, 2> {
+                if (image.empty())
+                    return {std::numeric_limits<double>::quiet_NaN(), 0};
+                const auto& texel = nearest(image, x, y, width, height);
+                return {texel[0] * width / image.width, texel[1] * height / image.height};
             };
-            const Vector now = read(input.velocity, input.camera.previous_clip_from_view, -1, input.camera.given);
-            Vector next = read(input.next_velocity, input.camera.next_clip_from_view, 1,
-                               input.camera.given && input.camera.next_given &&
-                                   (input.velocity.empty() || !input.next_velocity.empty()));
-            const Vector known_now = finite(now) ? now : Vector{};
-            if (!finite(next))
-                next = known_now;
-            to_now.at(x, y) = {known_now.x, known_now.y};
-            to_next.at(x, y) = {next.x, next.y};
+            to_now.at(x, y) = stored(input.velocity);
+            to_next.at(x, y) = stored(input.next_velocity);
         }
     }
     if (settings.repair_edges) {
         to_now = repair(to_now, depth);
         to_next = repair(to_next, depth);
+    }
+    const bool next_camera = input.camera.given && input.camera.next_given &&
+                             (input.velocity.empty() || !input.next_velocity.empty());
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            // Pixels without a velocity, and sky, which renderers leave without one, take the camera's motion.
+            const double z = depth.at(x, y)[0];
+            const auto complete = [&](std::array<double, 2> v, const Matrix& other, double sign, bool camera) {
+                Vector result{v[0], v[1]};
+                if (camera && (!finite(result) || is_sky(z)))
+                    result = sign * camera_displacement(input.camera.clip_from_view, other, z, x, y, width, height);
+                return result;
+            };
+            const Vector now =
+                complete(to_now.at(x, y), input.camera.previous_clip_from_view, -1, input.camera.given);
+            const Vector next = complete(to_next.at(x, y), input.camera.next_clip_from_view, 1, next_camera);
+            const Vector known_now = finite(now) ? now : Vector{};
+            const Vector known_next = finite(next) ? next : known_now;
+            to_now.at(x, y) = {known_now.x, known_now.y};
+            to_next.at(x, y) = {known_next.x, known_next.y};
+        }
     }
 
     Grid<3> result(width, height);

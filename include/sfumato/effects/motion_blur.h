@@ -61,7 +61,7 @@ struct MotionBlurParameters {
     float weight_centre = 0.5f;
 
     VelocityStorage storage = VelocityStorage::half;
-    bool repair_edges = true;
+    bool repair_edges = false;
     LayerBlend layer_1_blend = LayerBlend::add;
     float layer_1_strength = 1.0f;
     LayerBlend layer_2_blend = LayerBlend::add;

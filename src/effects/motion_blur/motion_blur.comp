@@ -1,4 +1,4 @@
-// passes: velocity neighbours gather debug
+// passes: velocity velocity_subgroups neighbours gather debug
 // Motion blur on tiles. Follows Bukowski, Hennessy, McGuire, Osman, Scalable High Quality Motion Blur and Ambient
 // Occlusion (SIGGRAPH 2012 course), and McGuire et al., A Reconstruction Filter for Plausible Motion Blur (I3D 2012);
 // the weightings `guertin` (HPG 2014) and `jimenez` (SIGGRAPH 2014 course) are those of their authors, `coverage` is our
@@ -9,6 +9,12 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+
+#ifdef PASS_velocity_subgroups
+#define PASS_velocity
+#define SUBGROUPS
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#endif
 
 #include "motion_blur_shared.h"
 #include "numbers.glsl"

@@ -11,8 +11,8 @@
 
 namespace sfumato {
 
-// The velocity pass keeps a tile's depths in shared memory, of which 16 KiB are guaranteed.
-constexpr uint32_t largest_tile = 48;
+// The velocity pass keeps a tile in shared memory; larger radii take more rings of tiles.
+constexpr uint32_t largest_tile = 32;
 
 float effective_shutter(const Frame& frame, const MotionBlurParameters& parameters) {
     // A fraction of a frame at the reference rate, as a fraction of this frame.
@@ -62,6 +62,13 @@ struct Setup {
 
     bool is_packed() const { return parameters.storage == VelocityStorage::packed; }
     bool has_previous_camera() const { return images.depth && frame.camera && frame.previous_camera; }
+    bool same_size() const {
+        for (const Image* input : {&images.depth, &images.velocity, &images.next_velocity, &images.layer_1,
+                                   &images.layer_1_mask, &images.layer_2, &images.layer_2_mask, &images.exclusion_mask})
+            if (*input && input->extent != extent)
+                return false;
+        return true;
+    }
     // A velocity image without its next one knows of things that move, the next camera does not: taking the camera's
     // motion for the second half of the shutter would halve theirs.
     bool has_next_camera() const {
@@ -154,6 +161,7 @@ void plan_velocity(Planner& planner, Setup& s) {
         return image ? static_cast<uint32_t>(blend) + 1 : 0;
     };
     Pass& pass = planner.pass("velocity", shader::velocity);
+    pass.subgroup_shader = shader::velocity_subgroups;
     pass.specialization = {s.tile,
                            s.is_packed(),
                            bool(i.depth),
@@ -167,7 +175,9 @@ void plan_velocity(Planner& planner, Setup& s) {
                            bool(i.layer_1_mask),
                            layer(i.layer_2, s.parameters.layer_2_blend),
                            bool(i.layer_2_mask),
-                           bool(i.exclusion_mask)};
+                           bool(i.exclusion_mask),
+                           s.same_size(),
+                           s.tile * s.tile / 4};
     pass.accesses = {input("velocity", 2, i.velocity),
                      input("next velocity", 3, i.next_velocity),
                      input("depth", 1, i.depth),

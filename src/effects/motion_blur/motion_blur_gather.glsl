@@ -1,7 +1,8 @@
-// The gather: a workgroup is an 8×8 block of a tile from the list of the class at hand. Sums are kept as differences
+// The gather: a workgroup is four 8×8 blocks of a tile from the list of the class at hand, or copies four rows of blocks.
+// Sums are kept as differences
 // from the pixel's own colour: where no tap weighs anything, the pixel comes out bit for bit.
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 8, local_size_y = 8, local_size_z = 4) in;
 
 layout(constant_id = 0) const uint tile_size = 32;
 layout(constant_id = 1) const bool is_packed = false;
@@ -302,7 +303,7 @@ vec2 dominant(ivec2 pixel, vec2 n, float own_speed) {
 // A row of blocks at once: all loads are under way before the first store.
 void copy_row(ivec2 first) {
     const int blocks = int(tile_size / 8u);
-    vec4 colours[6];
+    vec4 colours[4];
     [[unroll]] for (int i = 0; i < blocks; ++i) {
         const ivec2 pixel = min(first + ivec2(8 * i, 0), ivec2(constants.size) - 1);
         colours[i] = accumulates ? texelFetch(mean_image, pixel, 0) : texelFetch(colour_image, pixel, 0);
@@ -335,13 +336,15 @@ void main() {
     const uint tile_index = lists.words[12u + tile_class * tile_count + gl_WorkGroupID.y];
     const ivec2 tile = ivec2(tile_index % uint(tiles.x), tile_index / uint(tiles.x));
     const ivec2 corner = tile * int(tile_size) + ivec2(gl_LocalInvocationID.xy);
+    const uint blocks = tile_size / 8u;
+    const uint number = gl_WorkGroupID.x * 4u + gl_LocalInvocationID.z;
     if (tile_class == 0) {
-        copy_row(corner + ivec2(0, 8 * gl_WorkGroupID.x));
+        if (number < blocks)
+            copy_row(corner + ivec2(0, 8 * number));
         return;
     }
-    const uint blocks = tile_size / 8u;
-    const ivec2 pixel = corner + 8 * ivec2(gl_WorkGroupID.x % blocks, gl_WorkGroupID.x / blocks);
-    if (any(greaterThanEqual(pixel, ivec2(constants.size))))
+    const ivec2 pixel = corner + 8 * ivec2(number % blocks, number / blocks);
+    if (number >= blocks * blocks || any(greaterThanEqual(pixel, ivec2(constants.size))))
         return;
     vec4 result = blurred(pixel, tile);
     if (debug_view == 1)

@@ -1,15 +1,15 @@
 // Neighbour maximum: of every tile, the longest vector of the tiles around whose blur can reach it; the tile's class;
 // and the lists of tiles by class, from which the gather is dispatched.
 
-// Four threads a tile share the rows of its neighbourhood: there are few tiles, and waiting is what costs.
-layout(local_size_x = 8, local_size_y = 8, local_size_z = 4) in;
+// Sixteen threads a tile share its neighbourhood: there are few tiles, and waiting is what costs.
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 16) in;
 
 layout(constant_id = 0) const int tile_size = 32;
 layout(constant_id = 1) const int rings = 1;
 layout(constant_id = 2) const uint dilation = 1; // box, selective, line
 layout(constant_id = 3) const bool test_edge_neighbours = false;
 layout(constant_id = 4) const bool classify = true;
-layout(constant_id = 5) const uint blocks_per_side = 4; // workgroups of the gather
+layout(constant_id = 5) const uint blocks_per_side = 4; // of 8×8 pixels
 
 layout(set = 0, binding = 0) uniform sampler2D tile_image;
 layout(set = 0, binding = 1) uniform sampler2D spread_image;
@@ -32,32 +32,26 @@ bool reaches(vec4 tile, ivec2 offset) {
     const float l = length(v);
     const float half_size = float(tile_size) + (l > 0.0 ? abs(cross_product(tile.zw, v)) / l : 0.0);
     const float limit = dilation == 2 ? 1.0 + abs(constants.centre) : 1e30;
-    float low = -limit, high = limit;
     const vec2 middle = vec2(-offset * tile_size);
-    for (int axis = 0; axis < 2; ++axis) {
-        if (v[axis] == 0.0) {
-            if (abs(middle[axis]) >= half_size)
-                return false;
-            continue;
-        }
-        const float a = (middle[axis] - half_size) / v[axis];
-        const float b = (middle[axis] + half_size) / v[axis];
-        low = max(low, min(a, b));
-        high = min(high, max(a, b));
-    }
-    return low < high;
+    const bvec2 is_flat = equal(v, vec2(0));
+    if (any(bvec2(is_flat.x && abs(middle.x) >= half_size, is_flat.y && abs(middle.y) >= half_size)))
+        return false;
+    const vec2 inverse = 1.0 / mix(v, vec2(1), is_flat);
+    const vec2 a = (middle - half_size) * inverse, b = (middle + half_size) * inverse;
+    const vec2 low = mix(min(a, b), vec2(-limit), is_flat), high = mix(max(a, b), vec2(limit), is_flat);
+    return max(max(low.x, low.y), -limit) < min(min(high.x, high.y), limit);
 }
 
 // The tiles that the workgroup looks at, where they fit into shared memory.
-const int apron = 8 + 2 * rings;
-const bool fits = apron <= 24;
+const int apron = 4 + 2 * rings;
+const bool fits = apron <= 20;
 shared vec4 tiles_of[fits ? apron * apron : 1];
 shared float spreads_of[fits ? apron * apron : 1];
 shared vec2 longest_of[256];
 shared vec3 widest_of[256]; // vector, spread
 
 void load_tiles(ivec2 tiles) {
-    const ivec2 origin = ivec2(gl_WorkGroupID.xy) * 8 - rings;
+    const ivec2 origin = ivec2(gl_WorkGroupID.xy) * 4 - rings;
     for (int i = int(gl_LocalInvocationIndex); i < apron * apron; i += 256) {
         const ivec2 tile = clamp(origin + ivec2(i % apron, i / apron), ivec2(0), tiles - 1);
         tiles_of[i] = texelFetch(tile_image, tile, 0);
@@ -67,46 +61,62 @@ void load_tiles(ivec2 tiles) {
 }
 
 int slot_of(ivec2 tile) {
-    const ivec2 local = tile - ivec2(gl_WorkGroupID.xy) * 8 + rings;
+    const ivec2 local = tile - ivec2(gl_WorkGroupID.xy) * 4 + rings;
     return local.y * apron + local.x;
 }
 vec4 tile_at(ivec2 tile) { return fits ? tiles_of[slot_of(tile)] : texelFetch(tile_image, tile, 0); }
 float spread_at(ivec2 tile) { return fits ? spreads_of[slot_of(tile)] : texelFetch(spread_image, tile, 0).x; }
 
-// The best of what the four threads of a tile found.
-vec2 longest_of_four(vec2 mine) {
+// The best of what the sixteen threads of a tile found.
+vec2 longest_of_all(vec2 mine) {
     const uint thread = gl_LocalInvocationIndex;
     longest_of[thread] = mine;
     barrier();
-    vec2 result = mine;
-    for (uint i = thread & 63u; i < 256u; i += 64u)
-        if (longer(longest_of[i], result))
-            result = longest_of[i];
-    return result;
+    [[dont_unroll]] for (uint i = 0u; i < 16u; ++i) {
+        const vec2 other = longest_of[(thread & 15u) + 16u * i];
+        mine = longer(other, mine) ? other : mine;
+    }
+    return mine;
 }
 
-vec3 widest_of_four(vec3 mine, vec2 longest) {
+vec3 widest_of_all(vec3 mine, vec2 longest) {
     const uint thread = gl_LocalInvocationIndex;
     widest_of[thread] = mine;
     barrier();
-    vec3 result = mine;
-    for (uint i = thread & 63u; i < 256u; i += 64u) {
-        result.z = max(result.z, widest_of[i].z);
-        if (wider(widest_of[i].xy, result.xy, longest))
-            result.xy = widest_of[i].xy;
+    [[dont_unroll]] for (uint i = 0u; i < 16u; ++i) {
+        const vec3 other = widest_of[(thread & 15u) + 16u * i];
+        mine.z = max(mine.z, other.z);
+        mine.xy = wider(other.xy, mine.xy, longest) ? other.xy : mine.xy;
     }
-    return result;
+    return mine;
 }
 
-void append(ivec2 tile, ivec2 tiles, uint class_index) {
-    const uint slot = atomicAdd(lists.words[class_index * 3u + 1u], 1u);
-    if (slot == 0u) {
-        // A workgroup copies a row of blocks, or blurs a block.
-        lists.words[class_index * 3u] = class_index == 0u ? blocks_per_side : blocks_per_side * blocks_per_side;
-        lists.words[class_index * 3u + 2u] = 1u;
+shared uint counts[3];
+shared uint starts[3];
+
+// One addition a class and workgroup to the lists' counts: thousands to three words would queue up.
+void append(bool is_one, ivec2 tile, ivec2 tiles, uint class_index) {
+    const uint thread = gl_LocalInvocationIndex;
+    if (thread < 3u)
+        counts[thread] = 0u;
+    barrier();
+    uint slot = 0u;
+    if (is_one)
+        slot = atomicAdd(counts[class_index], 1u);
+    barrier();
+    if (thread < 3u && counts[thread] > 0u) {
+        starts[thread] = atomicAdd(lists.words[thread * 3u + 1u], counts[thread]);
+        if (starts[thread] == 0u) {
+            // A workgroup copies four rows of blocks, or blurs four blocks.
+            const uint blocks = thread == 0u ? blocks_per_side : blocks_per_side * blocks_per_side;
+            lists.words[thread * 3u] = (blocks + 3u) / 4u;
+            lists.words[thread * 3u + 2u] = 1u;
+        }
     }
+    barrier();
     const uint tile_count = uint(tiles.x * tiles.y);
-    lists.words[12u + class_index * tile_count + slot] = uint(tile.y * tiles.x + tile.x);
+    if (is_one)
+        lists.words[12u + class_index * tile_count + starts[class_index] + slot] = uint(tile.y * tiles.x + tile.x);
 }
 
 void main() {
@@ -115,42 +125,46 @@ void main() {
     const bool exists = all(lessThan(tile, tiles)); // the threads of tiles outside stay for the barriers
     if (fits)
         load_tiles(tiles);
-    const ivec2 first = max(tile - rings, ivec2(0));
-    const ivec2 last = exists ? min(tile + rings, tiles - 1) : first - 1;
-    const int first_row = first.y + int(gl_LocalInvocationID.z);
+    const int side = 2 * rings + 1;
     vec2 longest = vec2(0);
-    for (int y = first_row; y <= last.y; y += 4)
-        for (int x = first.x; x <= last.x; ++x) {
-            const vec4 t = tile_at(ivec2(x, y));
-            if (longer(t.xy, longest) && reaches(t, ivec2(x, y) - tile))
-                longest = t.xy;
-        }
-    longest = longest_of_four(longest);
+    for (int i = int(gl_LocalInvocationID.z); i < side * side; i += 16) {
+        const ivec2 offset = ivec2(i % side, i / side) - rings;
+        const ivec2 other = tile + offset;
+        if (!exists || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
+            continue;
+        const vec4 t = tile_at(other);
+        if (longer(t.xy, longest) && reaches(t, offset))
+            longest = t.xy;
+    }
+    longest = longest_of_all(longest);
     // Whether motion is even concerns what reaches the tile, and what its own vectors reach.
     const float own_reach = exists ? length(tile_at(tile).xy) * (1.0 + abs(constants.centre)) : 0.0;
     const int own_rings = int(ceil(own_reach / float(tile_size)));
     vec3 widest = vec3(0);
-    for (int y = first_row; y <= last.y; y += 4)
-        for (int x = first.x; x <= last.x; ++x) {
-            const vec4 t = tile_at(ivec2(x, y));
-            const ivec2 offset = ivec2(x, y) - tile;
-            const bool does_reach = reaches(t, offset);
-            if (does_reach || max(abs(offset.x), abs(offset.y)) <= own_rings)
-                widest.z = max(widest.z, length(t.xy - longest) + spread_at(ivec2(x, y)));
-            const vec2 v = wider(t.zw, t.xy, longest) ? t.zw : t.xy;
-            if (does_reach && wider(v, widest.xy, longest))
-                widest.xy = v;
-        }
-    widest = widest_of_four(widest, longest);
-    if (!exists || gl_LocalInvocationID.z != 0u)
-        return;
+    for (int i = int(gl_LocalInvocationID.z); i < side * side; i += 16) {
+        const ivec2 offset = ivec2(i % side, i / side) - rings;
+        const ivec2 other = tile + offset;
+        if (!exists || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
+            continue;
+        const vec4 t = tile_at(other);
+        const bool does_reach = reaches(t, offset);
+        if (does_reach || max(abs(offset.x), abs(offset.y)) <= own_rings)
+            widest.z = max(widest.z, distance(t.xy, longest) + spread_at(other));
+        const vec2 v = wider(t.zw, t.xy, longest) ? t.zw : t.xy;
+        if (does_reach && wider(v, widest.xy, longest))
+            widest.xy = v;
+    }
+    widest = widest_of_all(widest, longest);
     const float l = length(longest);
     uint class_index = 2u;
     if (l < still_length)
         class_index = 0u;
     else if (classify && widest.z <= max(constants.uniform_tolerance * l, constants.uniform_pixels))
         class_index = 1u;
-    imageStore(neighbour_image, tile, vec4(longest, widest.xy));
-    imageStore(class_image, tile, vec4(float(class_index)));
-    append(tile, tiles, class_index);
+    const bool is_one = exists && gl_LocalInvocationID.z == 0u;
+    if (is_one) {
+        imageStore(neighbour_image, tile, vec4(longest, widest.xy));
+        imageStore(class_image, tile, vec4(float(class_index)));
+    }
+    append(is_one, tile, tiles, class_index);
 }

@@ -21,9 +21,13 @@ uint pack_8_bit(Surface s, float radius) {
     return velocity.x | velocity.y << 8 | depth << 16;
 }
 
+vec2 unpack_vector_8_bit(uint code, float radius) {
+    return (vec2(code & 255u, code >> 8 & 255u) - 128.0) * (radius / 127.0);
+}
+
 Surface unpack_8_bit(uint code, float radius) {
     Surface s;
-    s.v = (vec2(code & 255u, code >> 8 & 255u) - 128.0) * (radius / 127.0);
+    s.v = unpack_vector_8_bit(code, radius);
     const uint depth = code >> 16;
     s.z = depth == 65535u ? sky_depth : exp2(float(depth) * (32.0 / 65534.0) - 12.0);
     return s;

@@ -75,13 +75,13 @@ constexpr ParameterInfo rows[] = {
     parameter<&P::storage>("storage", storages,
                            "How velocity and depth are kept between passes: 8 bytes a pixel, or 4 as in the talk."),
     parameter<&P::repair_edges>("repair_edges",
-                                "For rendered files: restores velocities that antialiasing has mixed at silhouettes."),
+                                "Restores velocities that antialiasing has mixed at silhouettes, as renderers do."),
     parameter<&P::layer_1_blend>("layer_1_blend", blends, "How velocity layer 1 combines with what is below."),
     parameter<&P::layer_1_strength>("layer_1_strength", "", -4.0, 4.0, "Factor on velocity layer 1."),
     parameter<&P::layer_2_blend>("layer_2_blend", blends, "How velocity layer 2 combines with what is below."),
     parameter<&P::layer_2_strength>("layer_2_strength", "", -4.0, 4.0, "Factor on velocity layer 2."),
-    parameter<&P::tile>("tile", "px", 0, 48,
-                        "Tile size, rounded up to a multiple of 8; 0 takes the maximum blur radius, as in the talk.",
+    parameter<&P::tile>("tile", "px", 0, 32,
+                        "Tile size, rounded up to a multiple of 8; 0 takes the maximum blur radius, as in the talk, up to 32.",
                         parameter_advanced),
     parameter<&P::dilation>("dilation", dilations,
                             "Which neighbouring tiles count: all, those whose line crosses the tile, or those whose "
@@ -114,13 +114,13 @@ constexpr PresetOverride dx11[] = {
     {"dilation", "line"},         {"soft_extent", "0.01"}, {"second_direction", "false"},
 };
 constexpr PresetOverride low[] = {
-    {"taps", "6"}, {"search_taps", "6"}, {"least_taps", "4"}, {"second_direction", "false"}, {"storage", "packed"},
+    {"taps", "6"}, {"search_taps", "6"}, {"least_taps", "3"}, {"second_direction", "false"},
 };
 constexpr PresetOverride medium[] = {
-    {"taps", "8"}, {"search_taps", "6"}, {"least_taps", "4"}, {"second_direction", "false"},
+    {"taps", "8"}, {"search_taps", "6"}, {"least_taps", "3"}, {"second_direction", "false"},
 };
 constexpr PresetOverride high[] = {
-    {"taps", "10"}, {"search_taps", "8"},
+    {"taps", "10"}, {"search_taps", "8"}, {"least_taps", "4"},
 };
 constexpr PresetOverride ultra[] = {
     {"taps", "32"}, {"search_taps", "16"}, {"least_taps", "10"}, {"taps_per_pixel", "2"},
