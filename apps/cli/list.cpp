@@ -17,6 +17,7 @@ using Json = nlohmann::ordered_json;
 struct ListOptions {
     std::string what;
     std::string effect; // presets and parameters: of this one only
+    bool markdown = false;
 };
 
 const char* const kinds[] = {"real", "integer", "boolean", "choice"};
@@ -149,6 +150,63 @@ std::string scene_line(const Json& row) {
     return fmt::format("{:<20} {} frames  {}", text_of(row, "name"), row["frames"].get<int>(), text_of(row, "doc"));
 }
 
+// A cell of a Markdown table: no line break, and no bar that would end it.
+std::string cell(const std::string& text) {
+    std::string result;
+    for (const char c : one_line(text))
+        result += c == '|' ? "\\|" : std::string(1, c);
+    return result;
+}
+
+// What a parameter may be, without its unit.
+std::string allowed_cell(const ParameterInfo& info) {
+    if (info.kind == ParameterKind::boolean)
+        return "`true`, `false`";
+    if (info.kind != ParameterKind::choice)
+        return fmt::format("{} to {}", info.minimum, info.maximum);
+    std::string text;
+    for (const char* choice : info.choices)
+        text += fmt::format("{}`{}`", text.empty() ? "" : ", ", choice);
+    return text;
+}
+
+std::string parameter_rows(const EffectInfo& effect) {
+    std::string text = "| parameter | default | range or choices | unit | what it does |\n|---|---|---|---|---|\n";
+    const ParameterSet defaults(*effect.parameters);
+    for (const ParameterInfo& info : effect.parameters->parameters)
+        text += fmt::format("| `{}` | `{}` | {} | {} | {} |\n", info.name, parameter_text(info, defaults.data()),
+                            allowed_cell(info), cell(info.unit), cell(info.doc));
+    return text;
+}
+
+std::string preset_rows(const EffectInfo& effect) {
+    std::string text = "| preset | what it is | overrides of the defaults |\n|---|---|---|\n";
+    for (const Preset& preset : effect.parameters->presets) {
+        std::string overrides;
+        for (const PresetOverride& item : preset.overrides)
+            overrides += fmt::format("{}`{}={}`", overrides.empty() ? "" : " ", item.parameter, item.value);
+        text += fmt::format("| `{}` | {} | {} |\n", preset.name, cell(preset.doc), overrides);
+    }
+    return text;
+}
+
+// The tables of an effect's page in the documentation: parameters, then presets.
+Outcome run_markdown(const ListOptions& options, Console& console) {
+    if (options.what != "parameters")
+        return usage_error(fmt::format("--markdown is for 'parameters', not for '{}'", options.what));
+    const auto chosen = chosen_effects(options.effect);
+    if (!chosen)
+        return chosen.error();
+    std::string text;
+    for (const EffectInfo* effect : *chosen) {
+        if (chosen->size() > 1)
+            text += fmt::format("## {}\n", effect->name);
+        text += fmt::format("\n{}\n{}", parameter_rows(*effect), preset_rows(*effect));
+    }
+    console.result(text);
+    return exit_done;
+}
+
 struct Listing {
     const char* name;
     Result<Json> (*make)(const ListOptions&);
@@ -164,11 +222,15 @@ constexpr Listing listings[] = {
 };
 
 Outcome run(const ListOptions& options, const Invocation& invocation, Console& console) {
+    if (options.markdown && invocation.verbosity.json)
+        return usage_error("--json and --markdown exclude each other");
     std::vector<std::string> names;
     for (const Listing& listing : listings) {
         names.emplace_back(listing.name);
         if (options.what != listing.name)
             continue;
+        if (options.markdown)
+            return run_markdown(options, console);
         const auto list = listing.make(options);
         if (!list)
             return list.error();
@@ -190,6 +252,7 @@ Command make_list(CLI::App& app) {
     auto options = std::make_shared<ListOptions>();
     app.add_option("WHAT", options->what, "effects, presets, parameters, devices or scenes")->required();
     app.add_option("EFFECT", options->effect, "Only of this effect");
+    app.add_flag("--markdown", options->markdown, "Parameters and presets as Markdown tables");
     return [options](const Invocation& invocation, Console& console) { return run(*options, invocation, console); };
 }
 

@@ -1,8 +1,8 @@
 // Which passes motion blur has, in which order, with which constants. The maths is in motion_blur.comp.
 #include "effects/motion_blur/motion_blur_plan.h"
 
-#include "effects/motion_blur/motion_blur_shared.h"
 #include "core/matrix.h"
+#include "effects/motion_blur/motion_blur_shared.h"
 #include "shaders/motion_blur.h"
 
 #include <algorithm>
@@ -30,7 +30,8 @@ uint32_t tile_size(const MotionBlurParameters& parameters, Extent extent) {
     const uint32_t wanted = parameters.tile > 0 ? static_cast<uint32_t>(parameters.tile) : radius;
     uint32_t size = std::clamp((wanted + 7) / 8 * 8, 8u, largest_tile);
     // An indirect dispatch may have 65535 workgroups in y, one a tile.
-    while (size < largest_tile && uint64_t{(extent.width + size - 1) / size} * ((extent.height + size - 1) / size) > 65535)
+    while (size < largest_tile &&
+           uint64_t{(extent.width + size - 1) / size} * ((extent.height + size - 1) / size) > 65535)
         size += 8;
     return size;
 }
@@ -44,7 +45,9 @@ float centre_of(ShutterPosition position) {
     return position == ShutterPosition::start ? 1.0f : position == ShutterPosition::end ? -1.0f : 0.0f;
 }
 
-float fraction(double x) { return static_cast<float>(x - std::floor(x)); }
+float fraction(double x) {
+    return static_cast<float>(x - std::floor(x));
+}
 
 // Everything about one frame that several passes need.
 struct Setup {
@@ -144,16 +147,20 @@ void set_iteration(Setup& s, int iteration) {
     s.constants.iteration = static_cast<float>(iteration);
 }
 
-Access read(ResourceId resource) { return {resource, AccessKind::fetch, 0, false}; }
-Access write(ResourceId resource, bool disjoint = false) { return {resource, AccessKind::write, 0, disjoint}; }
+Access read(ResourceId resource) {
+    return {resource, AccessKind::fetch, 0, false};
+}
+Access write(ResourceId resource, bool disjoint = false) {
+    return {resource, AccessKind::write, 0, disjoint};
+}
 
 void plan_velocity(Planner& planner, Setup& s) {
     const MotionBlurImages& i = s.images;
     const auto input = [&](const char* name, uint32_t index, const Image& image) {
         return read(planner.host(name, index, image));
     };
-    s.surface = planner.transient("velocity and depth", s.is_packed() ? VK_FORMAT_R32_UINT : VK_FORMAT_R32G32_UINT,
-                                  s.extent);
+    s.surface =
+        planner.transient("velocity and depth", s.is_packed() ? VK_FORMAT_R32_UINT : VK_FORMAT_R32G32_UINT, s.extent);
     s.tile_image = planner.transient("tile maximum", VK_FORMAT_R32G32B32A32_SFLOAT, s.tiles);
     s.tile_spread = planner.transient("tile spread", VK_FORMAT_R32_SFLOAT, s.tiles);
     s.lists = planner.buffer("tile lists", 48 + uint64_t{12} * s.tiles.width * s.tiles.height);
@@ -206,7 +213,10 @@ void plan_neighbours(Planner& planner, Setup& s) {
                            s.parameters.test_edge_neighbours,
                            s.parameters.tile_classes,
                            s.tile / 8};
-    pass.accesses = {read(s.tile_image), read(s.tile_spread), write(s.neighbours), write(s.tile_classes),
+    pass.accesses = {read(s.tile_image),
+                     read(s.tile_spread),
+                     write(s.neighbours),
+                     write(s.tile_classes),
                      {s.lists, AccessKind::buffer_write, 0, false}};
     pass.constants = constants_of(s.constants);
     pass.dispatch = {DispatchKind::texels, s.neighbours, 0, 0};
@@ -237,8 +247,7 @@ void plan_gather(Planner& planner, Setup& s, uint32_t tile_class, ResourceId mea
                            static_cast<uint32_t>(p.search_taps),
                            static_cast<uint32_t>(p.least_taps),
                            p.second_direction};
-    pass.accesses = {{s.colour, AccessKind::filter, 0, false}, read(s.surface),
-                     read(s.neighbours),  read(mean),
+    pass.accesses = {{s.colour, AccessKind::filter, 0, false},     read(s.surface),    read(s.neighbours), read(mean),
                      {s.lists, AccessKind::buffer_read, 0, false}, write(target, true)};
     pass.constants = constants_of(s.constants);
     pass.dispatch = {DispatchKind::indirect, s.lists, 0, tile_class * 12};
@@ -247,7 +256,8 @@ void plan_gather(Planner& planner, Setup& s, uint32_t tile_class, ResourceId mea
 void plan_debug(Planner& planner, Setup& s, uint32_t view) {
     Pass& pass = planner.pass("debug", shader::debug);
     pass.specialization = {s.tile, s.is_packed(), view};
-    pass.accesses = {read(s.colour), read(s.surface), read(s.tile_image), read(s.neighbours), read(s.tile_classes), write(s.output)};
+    pass.accesses = {read(s.colour),     read(s.surface),      read(s.tile_image),
+                     read(s.neighbours), read(s.tile_classes), write(s.output)};
     pass.constants = constants_of(s.constants);
     pass.dispatch = {DispatchKind::texels, s.output, 0, 0};
 }
@@ -285,8 +295,7 @@ Plan plan_motion_blur(const Frame& frame, const MotionBlurParameters& parameters
     for (int iteration = 0; iteration < parameters.iterations; ++iteration) {
         const bool is_last = iteration + 1 == parameters.iterations;
         // Full precision between iterations: they are for quality, and rounding would bias the mean.
-        const ResourceId target =
-            is_last ? s.output : planner.transient("mean", VK_FORMAT_R32G32B32A32_SFLOAT, extent);
+        const ResourceId target = is_last ? s.output : planner.transient("mean", VK_FORMAT_R32G32B32A32_SFLOAT, extent);
         set_iteration(s, iteration);
         for (uint32_t tile_class = 0; tile_class < 3; ++tile_class)
             plan_gather(planner, s, tile_class, mean, target);

@@ -24,8 +24,9 @@ constexpr const char* views[] = {"none",       "velocity", "depth", "tile-maximu
 constexpr ParameterInfo rows[] = {
     parameter<&P::shutter>("shutter", "of a frame", 0.0, 4.0,
                            "How long the shutter is open: 0.5 is 180°, film's usual; above 1 trails overlap."),
-    parameter<&P::shutter_position>("shutter_position", positions,
-                                    "When the shutter opens: at the frame's time, around it, or so that it closes then."),
+    parameter<&P::shutter_position>(
+        "shutter_position", positions,
+        "When the shutter opens: at the frame's time, around it, or so that it closes then."),
     parameter<&P::shutter_curve>("shutter_curve", curves,
                                  "How it opens and closes: at once, linearly, or smoothly (softer ends of trails)."),
     parameter<&P::frame_rate_mode>(
@@ -56,9 +57,11 @@ constexpr ParameterInfo rows[] = {
     parameter<&P::jitter_amount>("jitter_amount", "of the taps' spacing", 0.0, 1.0,
                                  "How far taps are displaced: 1 hides all bands, less is less noise."),
     parameter<&P::animate_jitter>("animate_jitter", "A new pattern every frame, for use before temporal antialiasing."),
-    parameter<&P::tile_jitter>("tile_jitter", "Looks the tile up with a random offset, so that no tile's border shows."),
-    parameter<&P::iterations>("iterations", "", 1, 32,
-                              "Runs the gather again with other jitter and averages: N converge to the many-tap image."),
+    parameter<&P::tile_jitter>("tile_jitter",
+                               "Looks the tile up with a random offset, so that no tile's border shows."),
+    parameter<&P::iterations>(
+        "iterations", "", 1, 32,
+        "Runs the gather again with other jitter and averages: N converge to the many-tap image."),
     parameter<&P::hdr_weighting>("hdr_weighting",
                                  "Weights taps by 1/(1 + luminance): small bright lights give smooth trails, dimmer."),
     parameter<&P::depth_comparison>("depth_comparison", comparisons,
@@ -80,9 +83,10 @@ constexpr ParameterInfo rows[] = {
     parameter<&P::layer_1_strength>("layer_1_strength", "", -4.0, 4.0, "Factor on velocity layer 1."),
     parameter<&P::layer_2_blend>("layer_2_blend", blends, "How velocity layer 2 combines with what is below."),
     parameter<&P::layer_2_strength>("layer_2_strength", "", -4.0, 4.0, "Factor on velocity layer 2."),
-    parameter<&P::tile>("tile", "px", 0, 32,
-                        "Tile size, rounded up to a multiple of 8; 0 takes the maximum blur radius, as in the talk, up to 32.",
-                        parameter_advanced),
+    parameter<&P::tile>(
+        "tile", "px", 0, 32,
+        "Tile size, rounded up to a multiple of 8; 0 takes the maximum blur radius, as in the talk, up to 32.",
+        parameter_advanced),
     parameter<&P::dilation>("dilation", dilations,
                             "Which neighbouring tiles count: all, those whose line crosses the tile, or those whose "
                             "vector reaches it.",
@@ -95,35 +99,36 @@ constexpr ParameterInfo rows[] = {
     parameter<&P::uniform_tolerance>("uniform_tolerance", "of the longest vector", 0.0, 0.5,
                                      "How far vectors may differ in a tile of even motion.", parameter_advanced),
     parameter<&P::uniform_pixels>("uniform_pixels", "px at 1080 lines", 0.0, 8.0,
-                                  "Likewise in pixels; the larger of both holds.",
-                                  parameter_advanced),
+                                  "Likewise in pixels; the larger of both holds.", parameter_advanced),
     parameter<&P::debug_view>("debug_view", views, "Shows the inside of the effect instead of the picture.",
                               parameter_debug),
 };
 
-// The talk gives taps, jitter, radius, packing and alternation. Weights, soft extent and tiles, which it leaves open, are
-// found by search against ground truth.
+// The talk gives taps, jitter, radius, packing and alternation. Weights, soft extent and tiles, which it leaves open,
+// are found by search against ground truth.
 constexpr PresetOverride current_gen[] = {
-    {"weighting", "talk"},        {"taps", "6"},           {"taps_per_pixel", "0"}, {"jitter", "checkerboard"},
-    {"radius", "0.013888889"},    {"storage", "packed"},   {"alternate", "true"},   {"tile", "16"},
-    {"dilation", "line"},         {"soft_extent", "0.01"}, {"second_direction", "false"},
+    {"weighting", "talk"},     {"taps", "6"},           {"least_taps", "4"},   {"jitter", "checkerboard"},
+    {"radius", "0.013888889"}, {"storage", "packed"},   {"alternate", "true"}, {"tile", "16"},
+    {"dilation", "line"},      {"soft_extent", "0.01"},
 };
 constexpr PresetOverride dx11[] = {
-    {"weighting", "talk"},        {"taps", "8"},           {"taps_per_pixel", "0"}, {"jitter", "ordered"},
-    {"radius", "0.016666667"},    {"storage", "packed"},   {"alternate", "true"},   {"tile", "16"},
-    {"dilation", "line"},         {"soft_extent", "0.01"}, {"second_direction", "false"},
+    {"weighting", "talk"}, {"taps", "8"},         {"least_taps", "4"}, {"jitter", "ordered"}, {"radius", "0.016666667"},
+    {"storage", "packed"}, {"alternate", "true"}, {"tile", "16"},      {"dilation", "line"},  {"soft_extent", "0.01"},
 };
 constexpr PresetOverride low[] = {
-    {"taps", "6"}, {"search_taps", "6"}, {"least_taps", "3"}, {"second_direction", "false"},
+    {"taps", "4"},           {"search_taps", "4"},         {"least_taps", "2"}, {"second_direction", "false"},
+    {"uniform_pixels", "3"}, {"uniform_tolerance", "0.1"},
 };
 constexpr PresetOverride medium[] = {
-    {"taps", "8"}, {"search_taps", "6"}, {"least_taps", "3"}, {"second_direction", "false"},
+    {"taps", "6"},           {"search_taps", "5"},         {"least_taps", "3"}, {"second_direction", "false"},
+    {"uniform_pixels", "3"}, {"uniform_tolerance", "0.1"},
 };
 constexpr PresetOverride high[] = {
-    {"taps", "10"}, {"search_taps", "8"}, {"least_taps", "4"},
+    {"taps", "8"},           {"search_taps", "6"},         {"least_taps", "3"}, {"second_direction", "false"},
+    {"uniform_pixels", "3"}, {"uniform_tolerance", "0.1"},
 };
 constexpr PresetOverride ultra[] = {
-    {"taps", "32"}, {"search_taps", "16"}, {"least_taps", "10"}, {"taps_per_pixel", "2"},
+    {"taps", "32"}, {"search_taps", "16"}, {"least_taps", "10"}, {"taps_per_pixel", "2"}, {"repair_edges", "true"},
 };
 
 constexpr Preset presets[] = {
@@ -177,7 +182,11 @@ constexpr EffectInfo motion_blur_effect = {
 
 } // namespace
 
-const ParameterTable& MotionBlurParameters::table() { return motion_blur_table; }
-const EffectInfo& MotionBlurImages::effect() { return motion_blur_effect; }
+const ParameterTable& MotionBlurParameters::table() {
+    return motion_blur_table;
+}
+const EffectInfo& MotionBlurImages::effect() {
+    return motion_blur_effect;
+}
 
 } // namespace sfumato
