@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "exr_streams.h"
+
 namespace sfumato::media {
 
 namespace {
@@ -89,7 +91,7 @@ class ChunkCheck {
 
   private:
     Error error(const std::string& what) const {
-        return Error{ErrorCode::input, fmt::format("{}: {}", file_.path().string(), what)};
+        return Error{ErrorCode::input, fmt::format("{}: {}", file_.path().string(), one_line(what))};
     }
     Error missing(size_t part, uint64_t present) const;
     bool chunk_is_whole(uint64_t offset, size_t part) const;

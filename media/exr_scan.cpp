@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "exr_chunks.h"
+#include "exr_streams.h"
 
 namespace sfumato::media {
 
@@ -127,13 +128,13 @@ class Scanner {
 
   private:
     Error broken(const std::string& what) const {
-        return Error{ErrorCode::input, fmt::format("{}: broken header: {}", file_.path().string(), what)};
+        return Error{ErrorCode::input, fmt::format("{}: broken header: {}", file_.path().string(), one_line(what))};
     }
     Error refused(const std::string& what) const {
-        return Error{ErrorCode::input, fmt::format("{}: {}", file_.path().string(), what)};
+        return Error{ErrorCode::input, fmt::format("{}: {}", file_.path().string(), one_line(what))};
     }
     Error unsupported(const std::string& what) const {
-        return Error{ErrorCode::unsupported, fmt::format("{}: {}", file_.path().string(), what)};
+        return Error{ErrorCode::unsupported, fmt::format("{}: {}", file_.path().string(), one_line(what))};
     }
     Error stopped(const char* where) const;
     Result<void> read_header();

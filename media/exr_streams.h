@@ -73,11 +73,12 @@ class ExrMemoryStream : public Imf::IStream {
     size_t position_ = 0;
 };
 
-// OpenEXR's messages may span lines and name the file themselves; an error of this layer is one line.
-inline std::string one_line(const char* text) {
+// OpenEXR's messages may span lines, and names in a broken file hold anything: an error of this layer is one line
+// without control characters, which a terminal would obey.
+inline std::string one_line(const std::string& text) {
     std::string line;
-    for (const char* c = text; *c != '\0'; ++c)
-        line += (*c == '\n' || *c == '\r') ? ' ' : *c;
+    for (const char c : text)
+        line += (c >= 0 && c < ' ') || c == '\x7f' ? ' ' : c;
     while (!line.empty() && (line.back() == ' ' || line.back() == '.'))
         line.pop_back();
     return line;

@@ -35,7 +35,7 @@ struct ContextInfo {
     uint32_t frames_in_flight = 2;                              // 1…16 frames recorded before the first has finished
     VkPipelineCache pipeline_cache = VK_NULL_HANDLE;            // optional, the host's
     bool timestamps = false;                                    // measure every pass; needs timestampValidBits > 0
-    bool labels = false; // VK_EXT_debug_utils is enabled: name passes and objects for RenderDoc and the like
+    bool labels = false;   // VK_EXT_debug_utils is enabled: name passes and objects for RenderDoc and the like
     bool subgroups = true; // use subgroup arithmetic where the device has it; results are the same bits without
     // For tests: fills new transients and histories with this byte instead of leaving them undefined. -1: off.
     int poison = -1;

@@ -1,6 +1,6 @@
-// Parameters, described once: a plain struct with member initialisers, and a constexpr table of pointers to its members.
-// Validation, --set, TOML, JSON lists, viewer panels, the tables in the docs, presets and the generic tests all read
-// this table.
+// Parameters, described once: a plain struct with member initialisers, and a constexpr table of pointers to its
+// members. Validation, --set, TOML, JSON lists, viewer panels, the tables in the docs, presets and the generic tests
+// all read this table.
 #pragma once
 
 #include "sfumato/result.h"
@@ -95,17 +95,24 @@ constexpr ParameterInfo parameter(const char* name, const char* unit, double min
                                   uint32_t flags = parameter_default) {
     using Member = typename detail::MemberPointer<decltype(member)>::MemberType;
     static_assert(std::is_same_v<Member, float> || std::is_same_v<Member, int>);
-    return {name,    unit,    doc, std::is_same_v<Member, float> ? ParameterKind::real : ParameterKind::integer,
-            minimum, maximum, {},  flags,
-            &detail::get_member<member>, &detail::set_member<member>};
+    return {name,
+            unit,
+            doc,
+            std::is_same_v<Member, float> ? ParameterKind::real : ParameterKind::integer,
+            minimum,
+            maximum,
+            {},
+            flags,
+            &detail::get_member<member>,
+            &detail::set_member<member>};
 }
 
 // A row for a bool member.
 template <auto member>
 constexpr ParameterInfo parameter(const char* name, const char* doc, uint32_t flags = parameter_default) {
     static_assert(std::is_same_v<typename detail::MemberPointer<decltype(member)>::MemberType, bool>);
-    return {name,  "",  doc, ParameterKind::boolean,      0.0, 1.0, {},
-            flags, &detail::get_member<member>, &detail::set_member<member>};
+    return {name, "", doc,   ParameterKind::boolean,      0.0,
+            1.0,  {}, flags, &detail::get_member<member>, &detail::set_member<member>};
 }
 
 // A row for an enum member whose enumerators count from 0 in the order of `choices`.

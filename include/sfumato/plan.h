@@ -51,7 +51,8 @@ enum class AccessKind {
 
 inline constexpr uint32_t all_mips = ~0u;
 
-// One binding. `no_resource` with fetch or filter binds a 1×1 image of zeros: an input that the shader does not look at.
+// One binding. `no_resource` with fetch or filter binds a 1×1 image of zeros: an input that the shader does not look
+// at.
 struct Access {
     ResourceId resource = no_resource;
     AccessKind kind = AccessKind::fetch;

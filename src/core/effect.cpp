@@ -86,8 +86,8 @@ bool finite(const Camera& camera) {
 
 Result<void> validate_frame(const EffectInfo& effect, const Frame& frame) {
     if (!(std::isfinite(frame.time_step) && frame.time_step > 0.0f))
-        return invalid(effect, "frame.time_step is " + std::to_string(frame.time_step) +
-                                   " s; it must be finite and above 0");
+        return invalid(effect,
+                       "frame.time_step is " + std::to_string(frame.time_step) + " s; it must be finite and above 0");
     const std::pair<const char*, const std::optional<Camera>*> cameras[] = {
         {"camera", &frame.camera}, {"previous_camera", &frame.previous_camera}, {"next_camera", &frame.next_camera}};
     for (const auto& [name, camera] : cameras)

@@ -10,9 +10,9 @@ struct FormatInfo {
     VkFormat format;
     const char* name;
     uint32_t components;
-    uint32_t bytes;    // per texel
-    bool is_signed;    // can hold negative values
-    bool is_depth;     // depth attachment format: an input, never an output
+    uint32_t bytes; // per texel
+    bool is_signed; // can hold negative values
+    bool is_depth;  // depth attachment format: an input, never an output
 };
 
 // nullptr for a format that no effect takes.

@@ -29,7 +29,9 @@ std::string choices_text(const ParameterInfo& info) {
     return text;
 }
 
-std::string full_name(const ParameterTable& table, const char* name) { return std::string(table.effect) + "." + name; }
+std::string full_name(const ParameterTable& table, const char* name) {
+    return std::string(table.effect) + "." + name;
+}
 
 Error bad_value(const ParameterTable& table, const ParameterInfo& info, std::string_view value) {
     std::string allowed;
@@ -81,7 +83,8 @@ bool in_range(const ParameterInfo& info, double value) {
 } // namespace
 
 const ParameterInfo* ParameterTable::find(std::string_view name) const {
-    const auto found = std::find_if(parameters.begin(), parameters.end(), [&](const auto& p) { return p.name == name; });
+    const auto found =
+        std::find_if(parameters.begin(), parameters.end(), [&](const auto& p) { return p.name == name; });
     return found == parameters.end() ? nullptr : &*found;
 }
 
@@ -122,9 +125,9 @@ Result<void> set_parameter(const ParameterTable& table, void* parameters, std::s
         for (const auto& known : table.parameters)
             names.emplace_back(known.name);
         const std::string near = nearest_name(name, names);
-        return Error{ErrorCode::invalid_argument,
-                     std::string(table.effect) + " has no parameter '" + std::string(name) + "'" +
-                         (near.empty() ? "" : "; did you mean '" + near + "'?")};
+        return Error{ErrorCode::invalid_argument, std::string(table.effect) + " has no parameter '" +
+                                                      std::string(name) + "'" +
+                                                      (near.empty() ? "" : "; did you mean '" + near + "'?")};
     }
     const double value = parse_value(*info, text);
     if (!in_range(*info, value))
@@ -164,9 +167,9 @@ Result<void> apply_preset(const ParameterTable& table, void* parameters, std::st
         for (const auto& known : names)
             all += (all.empty() ? "" : ", ") + known;
         const std::string near = nearest_name(preset, names);
-        return Error{ErrorCode::invalid_argument,
-                     std::string(table.effect) + " has no preset '" + std::string(preset) + "'; " +
-                         (near.empty() ? "" : "did you mean '" + near + "'? ") + "there are " + all};
+        return Error{ErrorCode::invalid_argument, std::string(table.effect) + " has no preset '" + std::string(preset) +
+                                                      "'; " + (near.empty() ? "" : "did you mean '" + near + "'? ") +
+                                                      "there are " + all};
     }
     for (const auto& [name, value] : found->overrides)
         if (auto set = set_parameter(table, parameters, name, value); !set)

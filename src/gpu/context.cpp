@@ -27,9 +27,10 @@ Result<std::unique_ptr<Context>> Context::create(const ContextInfo& info) {
                        std::to_string(info.header_version >> 10 & 1023) + " but linked to " +
                        std::to_string(SFUMATO_VERSION_MAJOR) + "." + std::to_string(SFUMATO_VERSION_MINOR));
     if (!info.instance || !info.physical_device || !info.device)
-        return invalid(std::string("ContextInfo.") + (!info.instance          ? "instance"
-                                                      : !info.physical_device ? "physical_device"
-                                                                              : "device") +
+        return invalid(std::string("ContextInfo.") +
+                       (!info.instance          ? "instance"
+                        : !info.physical_device ? "physical_device"
+                                                : "device") +
                        " is null");
     if (!info.get_instance_proc_addr || !info.get_device_proc_addr)
         return invalid(std::string("ContextInfo.") +
@@ -47,10 +48,10 @@ Result<std::unique_ptr<Context>> Context::create(const ContextInfo& info) {
     VkPhysicalDeviceProperties properties{};
     state->vk.vkGetPhysicalDeviceProperties(info.physical_device, &properties);
     if (properties.apiVersion < requirements().api_version)
-        return Error{ErrorCode::unsupported,
-                     std::string(properties.deviceName) + " has Vulkan " +
-                         std::to_string(VK_API_VERSION_MAJOR(properties.apiVersion)) + "." +
-                         std::to_string(VK_API_VERSION_MINOR(properties.apiVersion)) + "; Sfumato needs 1.1"};
+        return Error{ErrorCode::unsupported, std::string(properties.deviceName) + " has Vulkan " +
+                                                 std::to_string(VK_API_VERSION_MAJOR(properties.apiVersion)) + "." +
+                                                 std::to_string(VK_API_VERSION_MINOR(properties.apiVersion)) +
+                                                 "; Sfumato needs 1.1"};
     state->timestamp_period = properties.limits.timestampPeriod;
     state->max_side = properties.limits.maxImageDimension2D;
     state->uniform_alignment = std::max<uint64_t>(16, properties.limits.minUniformBufferOffsetAlignment);
@@ -79,6 +80,8 @@ MemoryUsage Context::memory_usage() const {
     return usage;
 }
 
-void Context::trim() { state_->evict(0); }
+void Context::trim() {
+    state_->evict(0);
+}
 
 } // namespace sfumato

@@ -51,8 +51,8 @@ struct ContextState {
     ContextInfo info;
     Functions vk;
     VkPhysicalDeviceMemoryProperties memory{};
-    float timestamp_period = 1.0f;  // nanoseconds a tick
-    uint32_t max_side = 4096;       // of a 2D image
+    float timestamp_period = 1.0f; // nanoseconds a tick
+    uint32_t max_side = 4096;      // of a 2D image
     uint64_t uniform_alignment = 256;
     bool subgroups = false; // arithmetic in compute shaders, four wide or more
     VkSampler nearest = VK_NULL_HANDLE;

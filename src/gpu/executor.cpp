@@ -125,11 +125,10 @@ void ExecutorState::record_opening(VkCommandBuffer commands, const Plan& plan, c
     // Buffers may have been read as commands by the plan before.
     constexpr VkPipelineStageFlags stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
     const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr,
-                                 VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT,
-                                 all_access};
+                                 VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT, all_access};
     vk.vkCmdPipelineBarrier(commands, stages | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT,
-                            clears ? stages : VkPipelineStageFlags{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT}, 0, 1,
-                            &memory, 0, nullptr, static_cast<uint32_t>(images.size()), images.data());
+                            clears ? stages : VkPipelineStageFlags{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT}, 0, 1, &memory,
+                            0, nullptr, static_cast<uint32_t>(images.size()), images.data());
     if (!clears)
         return;
     const VkImageSubresourceRange range{VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1};

@@ -19,8 +19,7 @@ Result<Functions> load_functions(const ContextInfo& info) {
     SFUMATO_DEVICE_FUNCTIONS(SFUMATO_LOAD)
 #undef SFUMATO_LOAD
     if (info.labels) {
-#define SFUMATO_LOAD(name)                                                                                             \
-    functions.name = reinterpret_cast<PFN_##name>(info.get_device_proc_addr(info.device, #name));
+#define SFUMATO_LOAD(name) functions.name = reinterpret_cast<PFN_##name>(info.get_device_proc_addr(info.device, #name));
         SFUMATO_OPTIONAL_FUNCTIONS(SFUMATO_LOAD)
 #undef SFUMATO_LOAD
     }

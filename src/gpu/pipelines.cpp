@@ -47,8 +47,8 @@ Result<void> check_bindings(const Plan& plan, const Pass& pass, const ShaderInte
             return defect(binding, "is not bound by the pass");
         const VkDescriptorType bound = descriptor_type(pass.accesses[binding.binding].kind);
         if (bound != binding.type)
-            return defect(binding, std::string("is ") + type_name(binding.type) + ", but the pass binds " +
-                                       type_name(bound));
+            return defect(binding,
+                          std::string("is ") + type_name(binding.type) + ", but the pass binds " + type_name(bound));
     }
     return {};
 }

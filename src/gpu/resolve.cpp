@@ -25,8 +25,8 @@ Result<ResolvedPlan> ExecutorState::resolve(const Plan& plan, std::span<const Im
     for (const Resource& resource : plan.resources) {
         const auto number = static_cast<size_t>(&resource - plan.resources.data());
         if (resource.kind == ResourceKind::host && resource.index >= images.size())
-            return fail({ErrorCode::invalid_argument, "the plan takes image " + std::to_string(resource.index) +
-                                                          " ('" + resource.name + "'), but only " +
+            return fail({ErrorCode::invalid_argument, "the plan takes image " + std::to_string(resource.index) + " ('" +
+                                                          resource.name + "'), but only " +
                                                           std::to_string(images.size()) + " were passed"});
         if (resource.kind == ResourceKind::previous || resource.kind == ResourceKind::current) {
             // Either comes first in a plan: both sides must have the new extent before one is taken.
@@ -192,7 +192,8 @@ Result<void> ExecutorState::dispatch_size(const Plan& plan, const Pass& pass, Re
         out.groups = {(width + local[0] - 1) / local[0], (height + local[1] - 1) / local[1], 1};
     if (out.groups[0] > 65535 || out.groups[1] > 65535)
         return Error{ErrorCode::unsupported, pass.name + " would dispatch " + std::to_string(out.groups[0]) + "×" +
-                                                 std::to_string(out.groups[1]) + " workgroups; 65535 a side are "
+                                                 std::to_string(out.groups[1]) +
+                                                 " workgroups; 65535 a side are "
                                                  "guaranteed"};
     return {};
 }
@@ -255,8 +256,16 @@ Result<void> ExecutorState::write_set(const Plan& plan, const Pass& pass, std::s
             const DeviceImage& device_image = *resolved.images[access.resource];
             image.imageView = access.mip == all_mips ? device_image.view : device_image.mip_views[access.mip];
         }
-        writes[i] = {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET, nullptr,         out.set, static_cast<uint32_t>(i), 0, 1,
-                     descriptor_type(access.kind),           &image_infos[i], &buffer_infos[i], nullptr};
+        writes[i] = {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                     nullptr,
+                     out.set,
+                     static_cast<uint32_t>(i),
+                     0,
+                     1,
+                     descriptor_type(access.kind),
+                     &image_infos[i],
+                     &buffer_infos[i],
+                     nullptr};
     }
     context->vk.vkUpdateDescriptorSets(context->info.device, static_cast<uint32_t>(count), writes.data(), 0, nullptr);
     return {};
@@ -269,15 +278,13 @@ Result<void> ExecutorState::add_chunk(FrameSlot& frame) {
         create.maxSets = 64;
         create.poolSizeCount = 1;
         create.pPoolSizes = &size;
-        if (VkResult r =
-                context->vk.vkCreateDescriptorPool(context->info.device, &create, nullptr, &frame.chunk_pool);
+        if (VkResult r = context->vk.vkCreateDescriptorPool(context->info.device, &create, nullptr, &frame.chunk_pool);
             r != VK_SUCCESS)
             return vulkan_error("vkCreateDescriptorPool", r);
     }
     ConstantsChunk chunk;
     // The last constants of a chunk may start at its end: the descriptor's range reaches past them.
-    auto buffer =
-        context->create_buffer(chunk_bytes + largest_constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, true);
+    auto buffer = context->create_buffer(chunk_bytes + largest_constants, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, true);
     if (!buffer)
         return buffer.error();
     chunk.buffer = std::move(*buffer);
@@ -291,16 +298,8 @@ Result<void> ExecutorState::add_chunk(FrameSlot& frame) {
     }
     context->constant_bytes += chunk.buffer->bytes;
     const VkDescriptorBufferInfo info{chunk.buffer->buffer, 0, largest_constants};
-    const VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                     nullptr,
-                                     chunk.set,
-                                     0,
-                                     0,
-                                     1,
-                                     VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC,
-                                     nullptr,
-                                     &info,
-                                     nullptr};
+    const VkWriteDescriptorSet write{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,    nullptr, chunk.set, 0,      0, 1,
+                                     VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC, nullptr, &info,     nullptr};
     context->vk.vkUpdateDescriptorSets(context->info.device, 1, &write, 0, nullptr);
     frame.chunks.push_back(std::move(chunk));
     return {};

@@ -1,4 +1,5 @@
-// What a compute shader binds, read from its SPIR-V, so that a pass that does not fit its shader is an error with a name.
+// What a compute shader binds, read from its SPIR-V, so that a pass that does not fit its shader is an error with a
+// name.
 #pragma once
 
 #include "sfumato/plan.h"

@@ -1,8 +1,10 @@
 // compare, inspect, list, render and help: texts, JSON and exit codes.
 #include "tests/cli/program.h"
 
+#include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 namespace sfumato::cli_tests {
 
@@ -139,6 +141,33 @@ TEST_F(CliList, everything_in_both_forms) {
         found = found || (row["name"] == "shutter" && row["default"] == "0.5" && row["maximum"].get<double>() >= 1.0);
     EXPECT_TRUE(found);
     expect_error({"list", "presets", "motion-blurr"}, 2, {"did you mean 'motion-blur'?"});
+}
+
+TEST_F(CliList, markdown_tables) {
+    const ProgramResult result = run({"list", "parameters", "motion-blur", "--markdown"});
+    ASSERT_EQ(result.code, 0) << result.error;
+    const auto parameters = parse(run({"list", "parameters", "motion-blur", "--json"}).out);
+    const auto presets = parse(run({"list", "presets", "motion-blur", "--json"}).out);
+    for (const auto* list : {&parameters, &presets})
+        for (const auto& row : *list) {
+            EXPECT_NE(result.out.find("\n| `" + row["name"].get<std::string>() + "` | "), std::string::npos) << row;
+            EXPECT_NE(result.out.find(" | " + row["doc"].get<std::string>() + " |"), std::string::npos) << row;
+        }
+    for (const char* part :
+         {"| `shutter` | `0.5` | 0 to 4 | of a frame | ", "| `none`, `checkerboard`, ", " `taps=8` "})
+        EXPECT_NE(result.out.find(part), std::string::npos) << "no '" << part << "' in:\n" << result.out;
+    // Every row of a table has as many cells as its head.
+    size_t columns = 0;
+    std::istringstream lines(result.out);
+    for (std::string line; std::getline(lines, line);) {
+        const auto bars = static_cast<size_t>(std::count(line.begin(), line.end(), '|'));
+        EXPECT_TRUE(columns == 0 || bars == 0 || bars == columns) << line;
+        columns = bars;
+    }
+    EXPECT_EQ(run({"list", "parameters", "--markdown"}).code, 0);
+    expect_error({"list", "scenes", "--markdown"}, 2, {"--markdown", "'scenes'"});
+    expect_error({"list", "parameters", "--markdown", "--json"}, 2, {"exclude"});
+    expect_error({"list", "parameters", "motion-blurr", "--markdown"}, 2, {"did you mean 'motion-blur'?"});
 }
 
 TEST_F(CliList, help_and_version) {

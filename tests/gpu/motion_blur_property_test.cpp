@@ -220,8 +220,8 @@ TEST(MotionBlurProperty, SubgroupOperationsDoNotChangeABit) {
 TEST(MotionBlurProperty, ANextCameraDoesNotStopThings) {
     const BlurInput input = disc_scene(96, 64);
     Frame frame;
-    frame.camera = frame.previous_camera = Camera{.world_to_view = identity_matrix,
-                                                  .projection = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 0, 0.1f, 0}};
+    frame.camera = frame.previous_camera =
+        Camera{.world_to_view = identity_matrix, .projection = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, -1, 0, 0, 0.1f, 0}};
     const auto without = blur_on_device(input, base(), frame);
     frame.next_camera = frame.camera;
     EXPECT_EQ(difference(without, blur_on_device(input, base(), frame)).largest, 0.0);
@@ -265,8 +265,7 @@ TEST(MotionBlurDilation, NoPixelThatReachesATileIsMissed) {
                 const double angle = 3.14159265 * uniform(random);
                 texel = {length * std::cos(angle), length * std::sin(angle), 1.0};
             }
-            const auto neighbours =
-                reference::neighbour_maximum(reference::tile_maximum(surface, s), s, radius);
+            const auto neighbours = reference::neighbour_maximum(reference::tile_maximum(surface, s), s, radius);
             for (int y = 0; y < surface.height; ++y)
                 for (int x = 0; x < surface.width; ++x) {
                     const auto& v = surface.at(x, y);

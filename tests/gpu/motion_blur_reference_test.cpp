@@ -1,5 +1,5 @@
-// Every path through motion blur's shaders against the double-precision reference. Single precision moves a tap across a
-// pixel's border now and then, so a small share of pixels may differ by more than rounding; the rest must agree.
+// Every path through motion blur's shaders against the double-precision reference. Single precision moves a tap across
+// a pixel's border now and then, so a small share of pixels may differ by more than rounding; the rest must agree.
 #include "tests/gpu/motion_blur_support.h"
 
 #include <cmath>
@@ -133,9 +133,9 @@ TEST(MotionBlurReferenceInputs, NextVelocity) {
 
 TEST(MotionBlurReferenceInputs, LayersMasksAndExclusion) {
     BlurInput input = disc_scene(120, 77);
-    for (const auto& [blend, other] : {std::pair{LayerBlend::add, LayerBlend::larger},
-                                       std::pair{LayerBlend::replace, LayerBlend::add},
-                                       std::pair{LayerBlend::larger, LayerBlend::replace}}) {
+    for (const auto& [blend, other] :
+         {std::pair{LayerBlend::add, LayerBlend::larger}, std::pair{LayerBlend::replace, LayerBlend::add},
+          std::pair{LayerBlend::larger, LayerBlend::replace}}) {
         input.layers.clear();
         reference::VelocityLayer first, second;
         first.velocity = reference::Grid<2>(60, 40); // another size than the picture's

@@ -44,8 +44,8 @@ apps::HostImage upload(apps::Device& device, const reference::Grid<N>& grid) {
                                     VK_FORMAT_R32G32B32A32_SFLOAT};
     if (grid.empty())
         return {};
-    auto image = device.create_image(formats[N - 1],
-                                     {static_cast<uint32_t>(grid.width), static_cast<uint32_t>(grid.height)});
+    auto image =
+        device.create_image(formats[N - 1], {static_cast<uint32_t>(grid.width), static_cast<uint32_t>(grid.height)});
     if (!image) {
         ADD_FAILURE() << image.error().message;
         return {};

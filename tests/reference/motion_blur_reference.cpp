@@ -292,8 +292,8 @@ Grid<3> velocity_stage(const MotionBlurInput& input, const MotionBlurSettings& s
         to_now = repair(to_now, depth);
         to_next = repair(to_next, depth);
     }
-    const bool next_camera = input.camera.given && input.camera.next_given &&
-                             (input.velocity.empty() || !input.next_velocity.empty());
+    const bool next_camera =
+        input.camera.given && input.camera.next_given && (input.velocity.empty() || !input.next_velocity.empty());
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
             // Pixels without a velocity, and sky, which renderers leave without one, take the camera's motion.
@@ -304,8 +304,7 @@ Grid<3> velocity_stage(const MotionBlurInput& input, const MotionBlurSettings& s
                     result = sign * camera_displacement(input.camera.clip_from_view, other, z, x, y, width, height);
                 return result;
             };
-            const Vector now =
-                complete(to_now.at(x, y), input.camera.previous_clip_from_view, -1, input.camera.given);
+            const Vector now = complete(to_now.at(x, y), input.camera.previous_clip_from_view, -1, input.camera.given);
             const Vector next = complete(to_next.at(x, y), input.camera.next_clip_from_view, 1, next_camera);
             const Vector known_now = finite(now) ? now : Vector{};
             const Vector known_next = finite(next) ? next : known_now;

@@ -104,7 +104,7 @@ struct MotionBlurSettings {
     Dilation dilation = Dilation::line;
     bool test_edge_neighbours = false;
     bool classify = true;
-    double uniform_tolerance = 0.05; // of the length of the longest vector, or
+    double uniform_tolerance = 0.05;   // of the length of the longest vector, or
     double uniform_pixels = 1 / 1080.; // this fraction of the image height
 
     Weighting weighting = Weighting::coverage;

@@ -1,0 +1,40 @@
+// Inputs on which the generic tests run any effect: content by the name of the image's role, cameras, and the few facts
+// of an effect that cannot be read off its description.
+#pragma once
+
+#include "tests/gpu/gpu_test.h"
+
+namespace sfumato::test {
+
+// The parts of a role's name decide: "velocity", "next_velocity" and "layer_1" hold vectors, "…mask" shares, "depth"
+// linear view depth with edges and sky, "normal" unit vectors; everything else is a textured colour. `seed` varies it.
+FloatImage fixture_image(const ImageRole& role, Extent extent, uint32_t seed = 0);
+
+// Cameras that move and turn a little from frame to frame.
+Frame fixture_frame(uint64_t index, Extent extent);
+
+// All inputs of an effect; the optional ones only if `optional`.
+void set_fixture(EffectRig& rig, const EffectInfo& effect, Extent extent, bool optional = true, uint32_t seed = 0);
+
+struct EffectFacts {
+    const char* effect;
+    // Pixels beyond which one input pixel has no influence with the default parameters and an image 64 pixels high.
+    uint32_t reach;
+};
+
+// An effect without a row of its own gets a reach of 128 pixels.
+EffectFacts effect_facts(const EffectInfo& effect);
+
+// The effects as gtest parameters: instantiate with these and every later effect is tested as well.
+std::vector<const EffectInfo*> all_effects();
+std::string effect_test_name(const testing::TestParamInfo<const EffectInfo*>& info);
+
+class EffectTest : public GpuTest, public testing::WithParamInterface<const EffectInfo*> {
+  protected:
+    const EffectInfo& effect() const { return *GetParam(); }
+    ParameterSet defaults() const { return ParameterSet(*effect().parameters); }
+    // The default and every preset, by name.
+    std::vector<std::pair<std::string, ParameterSet>> looks() const;
+};
+
+} // namespace sfumato::test

@@ -1,0 +1,132 @@
+// Every parameter of every effect changes the picture under some settings of the others, and both its limits give
+// finite pictures.
+#include "tests/gpu/effect_fixture.h"
+
+namespace sfumato::test {
+namespace {
+
+constexpr Extent extent{192, 72};
+
+class GenericParameter : public EffectTest {
+  protected:
+    void SetUp() override {
+        EffectTest::SetUp();
+        context_ = make_context();
+        rig_ = std::make_unique<EffectRig>(*context_, effect());
+        set_fixture(*rig_, effect(), extent);
+    }
+    void TearDown() override {
+        rig_.reset();
+        context_.reset();
+        EffectTest::TearDown();
+    }
+
+    FloatImage run(const ParameterSet& parameters) { return rig_->run(fixture_frame(5, extent), parameters.data()); }
+
+    // Values that ought to look different: the ends, and some between, where ends may saturate alike.
+    static std::vector<double> values_of(const ParameterInfo& info, const ParameterSet& base) {
+        if (info.kind == ParameterKind::boolean)
+            return {0.0, 1.0};
+        std::vector<double> values;
+        if (info.kind == ParameterKind::choice) {
+            for (size_t i = 0; i < info.choices.size(); ++i)
+                values.push_back(static_cast<double>(i));
+            return values;
+        }
+        const double own = info.get(base.data());
+        values = {own, info.maximum, info.minimum};
+        for (const double share : {0.05, 0.3})
+            values.push_back(info.minimum + share * (info.maximum - info.minimum));
+        values.push_back(std::max(info.minimum, 0.25 * own));
+        if (info.kind == ParameterKind::integer)
+            for (double& value : values)
+                value = static_cast<double>(static_cast<int>(value));
+        return values;
+    }
+
+    bool matters(const ParameterInfo& info, ParameterSet parameters) {
+        const std::vector<double> values = values_of(info, parameters);
+        info.set(parameters.data(), values[0]);
+        const FloatImage first = run(parameters);
+        for (size_t i = 1; i < values.size(); ++i) {
+            info.set(parameters.data(), values[i]);
+            if (!first_difference(first, run(parameters)).empty())
+                return true;
+        }
+        return false;
+    }
+
+    // Settings of the other parameters to look under: as they are, then each choice and switch in turn, then numbers at
+    // their limits. Debug views replace the picture, so they come last.
+    std::vector<ParameterSet> surroundings(const ParameterInfo& info, const ParameterSet& base) const {
+        std::vector<ParameterSet> result = {base}, last;
+        for (const ParameterInfo& other : effect().parameters->parameters) {
+            if (&other == &info)
+                continue;
+            std::vector<double> values = {other.minimum, other.maximum};
+            if (other.kind == ParameterKind::choice) {
+                values.clear();
+                for (size_t i = 0; i < other.choices.size(); ++i)
+                    values.push_back(static_cast<double>(i));
+            }
+            const bool first = other.kind == ParameterKind::choice || other.kind == ParameterKind::boolean;
+            for (const double value : values)
+                if (value != other.get(base.data())) {
+                    ParameterSet changed = base;
+                    other.set(changed.data(), value);
+                    (first && !(other.flags & parameter_debug) ? result : last).push_back(changed);
+                }
+        }
+        result.insert(result.end(), last.begin(), last.end());
+        return result;
+    }
+
+  private:
+    std::unique_ptr<Context> context_;
+    std::unique_ptr<EffectRig> rig_;
+};
+
+TEST_P(GenericParameter, every_parameter_matters) {
+    for (const ParameterInfo& info : effect().parameters->parameters) {
+        bool found = false;
+        for (const auto& [look, base] : looks()) {
+            // The looks as they are before anything is varied: they are likely to have been made with the parameter.
+            found = found || matters(info, base);
+        }
+        for (const auto& [look, base] : looks())
+            for (const ParameterSet& parameters : found ? std::vector<ParameterSet>{} : surroundings(info, base)) {
+                found = matters(info, parameters);
+                if (found)
+                    break;
+            }
+        EXPECT_TRUE(found) << info.name << " never changes a picture";
+    }
+}
+
+TEST_P(GenericParameter, limits_and_choices_give_finite_pictures) {
+    for (const ParameterInfo& info : effect().parameters->parameters) {
+        std::vector<double> values = {info.minimum, info.maximum};
+        for (size_t i = 1; i + 1 < info.choices.size(); ++i)
+            values.push_back(static_cast<double>(i));
+        for (const double value : values) {
+            ParameterSet parameters = defaults();
+            info.set(parameters.data(), value);
+            EXPECT_TRUE(all_finite(run(parameters))) << info.name << " = " << value;
+        }
+    }
+}
+
+TEST_P(GenericParameter, all_at_their_limits) {
+    for (const bool maximum : {false, true}) {
+        ParameterSet parameters = defaults();
+        for (const ParameterInfo& info : effect().parameters->parameters)
+            if (!(info.flags & parameter_debug))
+                info.set(parameters.data(), maximum ? info.maximum : info.minimum);
+        EXPECT_TRUE(all_finite(run(parameters))) << (maximum ? "maximum" : "minimum");
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(effects, GenericParameter, testing::ValuesIn(all_effects()), effect_test_name);
+
+} // namespace
+} // namespace sfumato::test

@@ -1,0 +1,153 @@
+// The harness of the GPU tests.
+#include "tests/gpu/gpu_test.h"
+
+#include "apps/common/pixels.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <iostream>
+#include <stdexcept>
+
+namespace sfumato::test {
+
+FloatImage make_image(Extent extent, uint32_t components,
+                      const std::function<void(uint32_t x, uint32_t y, float* pixel)>& fill) {
+    FloatImage image{extent, components, std::vector<float>(size_t{extent.width} * extent.height * components)};
+    for (uint32_t y = 0; y < extent.height; ++y)
+        for (uint32_t x = 0; x < extent.width; ++x)
+            fill(x, y, image.at(x, y));
+    return image;
+}
+
+std::string first_difference(const FloatImage& a, const FloatImage& b) {
+    if (a.extent != b.extent || a.components != b.components)
+        return extent_text(a.extent) + " and " + extent_text(b.extent);
+    if (std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) == 0)
+        return "";
+    for (size_t i = 0; i < a.values.size(); ++i)
+        if (std::memcmp(&a.values[i], &b.values[i], sizeof(float)) != 0) {
+            const size_t pixel = i / a.components;
+            return "at (" + std::to_string(pixel % a.extent.width) + ", " + std::to_string(pixel / a.extent.width) +
+                   ") channel " + std::to_string(i % a.components) + ": " + std::to_string(a.values[i]) + " and " +
+                   std::to_string(b.values[i]);
+        }
+    return "";
+}
+
+bool all_finite(const FloatImage& image) {
+    for (const float value : image.values)
+        if (!std::isfinite(value))
+            return false;
+    return true;
+}
+
+VkFormat float_format(uint32_t components) {
+    constexpr VkFormat formats[] = {VK_FORMAT_R32_SFLOAT, VK_FORMAT_R32G32_SFLOAT, VK_FORMAT_R32G32B32A32_SFLOAT,
+                                    VK_FORMAT_R32G32B32A32_SFLOAT};
+    return formats[components - 1];
+}
+
+apps::Device& device() {
+    // Never destroyed: drivers keep threads that must not outlive their library at exit.
+    static apps::Device* made = [] {
+        auto created = apps::Device::create({.device = "", .validation = true, .labels = true});
+        if (!created) {
+            std::cerr << "no Vulkan device to test on: " << created.error().message << std::endl;
+            std::exit(1);
+        }
+        return std::move(created).value().release();
+    }();
+    return *made;
+}
+
+void GpuTest::SetUp() {
+    device().clear_validation_messages();
+}
+
+void GpuTest::TearDown() {
+    const auto messages = device().validation_messages();
+    for (size_t i = 0; i < messages.size() && i < 5; ++i)
+        ADD_FAILURE() << "validation: " << messages[i];
+    device().clear_validation_messages();
+}
+
+void expect_done(const Result<void>& result, const char* what) {
+    if (!result)
+        throw std::runtime_error(std::string(what) + ": " + result.error().message);
+}
+
+std::unique_ptr<Context> make_context(int poison, const std::function<void(ContextInfo&)>& change) {
+    ContextInfo info = device().context_info();
+    info.poison = poison;
+    if (change)
+        change(info);
+    return expect_value(Context::create(info), "Context::create");
+}
+
+apps::HostImage upload(const FloatImage& image, VkFormat format) {
+    apps::HostImage made = expect_value(device().create_image(format, image.extent), "create_image");
+    expect_done(device().upload(made, image.values, image.components), "upload");
+    return made;
+}
+
+apps::HostImage upload(const FloatImage& image) {
+    return upload(image, float_format(image.components));
+}
+
+FloatImage read_back(const apps::HostImage& image) {
+    const auto* format = apps::find_pixel_format(image.format());
+    return {image.extent(), format->components, expect_value(device().readback(image), "readback")};
+}
+
+void run_commands(const std::function<void(VkCommandBuffer)>& record) {
+    const VkCommandBuffer commands = expect_value(device().begin(), "begin");
+    record(commands);
+    expect_done(device().submit_and_wait(), "submit");
+}
+
+EffectRig::EffectRig(Context& context, const EffectInfo& effect)
+    : effect_(&effect), instance_(expect_value(AnyEffect::create(context, effect), "AnyEffect::create")),
+      storage_(effect.images_size) {
+    for (const ImageRole& role : effect.images)
+        new (&role.get(storage_.data())) Image{};
+}
+
+void EffectRig::set(const std::string& role, const FloatImage& image, std::optional<VkFormat> format) {
+    images_[role] = upload(image, format.value_or(float_format(image.components)));
+}
+
+void EffectRig::remove(const std::string& role) {
+    images_.erase(role);
+}
+
+void EffectRig::make_outputs() {
+    const Extent extent = images_.at(effect_->images.front().name).extent();
+    const FloatImage filled =
+        make_image(extent, 4, [&](uint32_t, uint32_t, float* pixel) { std::fill(pixel, pixel + 4, sentinel); });
+    for (const ImageRole& role : effect_->images)
+        if (role.use == ImageUse::output)
+            images_[role.name] = upload(filled, output_format);
+    for (const ImageRole& role : effect_->images) {
+        const auto found = images_.find(role.name);
+        role.get(storage_.data()) = found == images_.end() ? Image{} : found->second.image();
+    }
+}
+
+Result<void> EffectRig::record(VkCommandBuffer commands, const Frame& frame, const void* parameters,
+                               const std::function<void(void* images)>& change) {
+    if (change)
+        change(storage_.data());
+    return instance_->record(commands, frame, parameters, storage_.data());
+}
+
+FloatImage EffectRig::run(const Frame& frame, const void* parameters) {
+    make_outputs();
+    run_commands([&](VkCommandBuffer commands) { expect_done(record(commands, frame, parameters), "record"); });
+    for (const ImageRole& role : effect_->images)
+        if (role.use == ImageUse::output)
+            return read_back(images_.at(role.name));
+    return {};
+}
+
+} // namespace sfumato::test
