@@ -180,6 +180,88 @@ TEST(MotionBlurReferenceInputs, NoDepth) {
     expect_match(input, base());
 }
 
+// ---- camera motion from depth ----
+
+Matrix4 perspective(float near_plane, bool reversed_infinite) {
+    // Off-centre on purpose. Clip space is Vulkan's: y down, depth 0…1.
+    const float far_plane = 50.0f;
+    const float a = reversed_infinite ? 0.0f : far_plane / (near_plane - far_plane);
+    const float b = reversed_infinite ? near_plane : near_plane * far_plane / (near_plane - far_plane);
+    return {1.2f, 0, 0, 0, 0, -1.9f, 0, 0, 0.1f, -0.05f, a, -1, 0, 0, b, 0};
+}
+
+// The camera moves 0.3 m to the right and turns by 2° about y from frame to frame.
+Camera camera_at(int frame, const Matrix4& projection) {
+    const float angle = 0.035f * static_cast<float>(frame), c = std::cos(angle), s = std::sin(angle);
+    const float x = 0.3f * static_cast<float>(frame);
+    return {.world_to_view = {c, 0, s, 0, 0, 1, 0, 0, -s, 0, c, 0, -c * x, 0, -s * x, 1}, .projection = projection};
+}
+
+Frame camera_frame(const Matrix4& projection) {
+    Frame frame;
+    frame.camera = camera_at(0, projection); // world space is this frame's view space
+    frame.previous_camera = camera_at(-1, projection);
+    frame.next_camera = camera_at(1, projection);
+    return frame;
+}
+
+reference::Matrix product(const Matrix4& a, const Matrix4& b) {
+    reference::Matrix result{};
+    for (size_t column = 0; column < 4; ++column)
+        for (size_t row = 0; row < 4; ++row)
+            for (size_t k = 0; k < 4; ++k)
+                result[column * 4 + row] += double{a[k * 4 + row]} * double{b[column * 4 + k]};
+    return result;
+}
+
+// A disc before a wall and a strip of sky, with the camera's motion alone.
+BlurInput camera_scene(const Frame& frame) {
+    BlurInput input = disc_scene(120, 77);
+    for (int y = 0; y < 10; ++y)
+        for (int x = 0; x < 120; ++x)
+            input.depth.at(x, y) = {1e10};
+    input.velocity = {};
+    input.camera.given = input.camera.next_given = true;
+    input.camera.clip_from_view = product(frame.camera->projection, identity_matrix);
+    input.camera.previous_clip_from_view =
+        product(frame.previous_camera->projection, frame.previous_camera->world_to_view);
+    input.camera.next_clip_from_view = product(frame.next_camera->projection, frame.next_camera->world_to_view);
+    return input;
+}
+
+TEST(MotionBlurReferenceCamera, MotionFromDepthSkyIncluded) {
+    const Frame frame = camera_frame(perspective(0.1f, true));
+    expect_match(camera_scene(frame), base(), frame);
+}
+
+TEST(MotionBlurReferenceCamera, FillsPixelsWithoutVelocity) {
+    const Frame frame = camera_frame(perspective(0.1f, false));
+    BlurInput input = camera_scene(frame);
+    input.velocity = disc_scene(120, 77).velocity;
+    for (int y = 0; y < 77; ++y)
+        for (int x = 60; x < 120; ++x)
+            input.velocity.at(x, y) = {std::numeric_limits<double>::quiet_NaN(), 0.0};
+    expect_match(input, base(), frame);
+}
+
+// The depth buffer's own values, standard and reversed infinite, give what linear depth gives.
+TEST(MotionBlurReferenceCamera, DeviceDepthEqualsLinearDepth) {
+    for (const bool reversed : {false, true}) {
+        Frame frame = camera_frame(perspective(0.1f, reversed));
+        BlurInput input = camera_scene(frame);
+        const auto linear = blur_on_device(input, base(), frame);
+        const Matrix4& p = frame.camera->projection;
+        for (auto& texel : input.depth.texels) {
+            const double z = -std::min(texel[0], 1e9);
+            texel = {(double{p[10]} * z + double{p[14]}) / (double{p[11]} * z + double{p[15]})};
+        }
+        frame.depth_kind = DepthKind::device;
+        // A standard depth buffer has no value for the sky's infinity: its strip lies at the far plane's side.
+        const Difference d = difference(linear, blur_on_device(input, base(), frame), 0.02);
+        EXPECT_LT(d.share_above, reversed ? 0.01 : 0.05) << d.largest;
+    }
+}
+
 // NaN and infinity in every input; the reference says what each counts as.
 TEST(MotionBlurReferenceInputs, ValuesThatAreNotNumbers) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
