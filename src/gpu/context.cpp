@@ -52,6 +52,11 @@ Result<std::unique_ptr<Context>> Context::create(const ContextInfo& info) {
                                                  std::to_string(VK_API_VERSION_MAJOR(properties.apiVersion)) + "." +
                                                  std::to_string(VK_API_VERSION_MINOR(properties.apiVersion)) +
                                                  "; Sfumato needs 1.1"};
+    constexpr uint32_t invocations = 256; // of a workgroup; Vulkan itself guarantees 128
+    if (properties.limits.maxComputeWorkGroupInvocations < invocations)
+        return Error{ErrorCode::unsupported, std::string(properties.deviceName) + " runs workgroups of " +
+                                                 std::to_string(properties.limits.maxComputeWorkGroupInvocations) +
+                                                 "; Sfumato needs 256"};
     state->timestamp_period = properties.limits.timestampPeriod;
     state->max_side = properties.limits.maxImageDimension2D;
     state->uniform_alignment = std::max<uint64_t>(16, properties.limits.minUniformBufferOffsetAlignment);

@@ -174,6 +174,16 @@ void ContextState::destroy(DeviceBuffer& buffer) {
     buffer = {};
 }
 
+VkFormatFeatureFlags ContextState::features(VkFormat format) {
+    const auto [entry, is_new] = format_features.try_emplace(format, 0);
+    if (is_new) {
+        VkFormatProperties properties{};
+        vk.vkGetPhysicalDeviceFormatProperties(info.physical_device, format, &properties);
+        entry->second = properties.optimalTilingFeatures;
+    }
+    return entry->second;
+}
+
 bool ContextState::is_idle(const LastUse& use) const {
     const auto executor = executors.find(use.executor);
     // An executor is destroyed only after its work has finished.

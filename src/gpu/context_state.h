@@ -60,6 +60,7 @@ struct ContextState {
     VkDescriptorSetLayout constants_layout = VK_NULL_HANDLE;
     std::unique_ptr<DeviceImage> zero; // bound where an optional input is absent
     bool zero_is_clear = false;
+    std::map<VkFormat, VkFormatFeatureFlags> format_features;
     std::map<std::vector<uint64_t>, Pipeline> pipelines;
     std::vector<std::unique_ptr<DeviceImage>> transients;
     std::vector<std::unique_ptr<DeviceBuffer>> buffers;
@@ -80,6 +81,9 @@ struct ContextState {
     const Shader& shader_of(const Pass& pass) const {
         return subgroups && !pass.subgroup_shader.code.empty() ? pass.subgroup_shader : pass.shader;
     }
+
+    // What images of the format can be used for, asked of the device once.
+    VkFormatFeatureFlags features(VkFormat format);
 
     // True when the device can no longer be using it.
     bool is_idle(const LastUse& use) const;

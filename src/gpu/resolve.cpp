@@ -242,9 +242,17 @@ Result<void> ExecutorState::write_set(const Plan& plan, const Pass& pass, std::s
     for (size_t i = 0; i < count; ++i) {
         const Access& access = pass.accesses[i];
         VkDescriptorImageInfo& image = image_infos[i];
-        image.sampler = access.kind == AccessKind::filter ? context->linear : context->nearest;
-        image.imageLayout = VK_IMAGE_LAYOUT_GENERAL;
         const Resource* resource = access.resource == no_resource ? nullptr : &plan.resources[access.resource];
+        // Some devices cannot filter 32-bit floats: there the nearest texel stands in.
+        const bool filters = access.kind == AccessKind::filter && resource &&
+                             (context->features(resource->format) & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT);
+        image.sampler = filters ? context->linear : context->nearest;
+        image.imageLayout = VK_IMAGE_LAYOUT_GENERAL;
+        if (access.kind == AccessKind::write && resource &&
+            !(context->features(resource->format) & VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT))
+            return Error{ErrorCode::unsupported, "image '" + resource->name + "' has VkFormat " +
+                                                     std::to_string(resource->format) +
+                                                     ", which shaders of this device cannot write"};
         if (!resource) {
             image.imageView = context->zero->view;
         } else if (resource->kind == ResourceKind::host) {
