@@ -9,8 +9,9 @@ namespace sfumato::reference {
 
 namespace {
 
-constexpr double still_length = 0.5; // pixels; shorter half displacements are not blurred
-constexpr double sky_depth = 1e9;    // renderers write 1e10 where nothing was hit; infinity is sky as well
+constexpr double still_length = 0.5;   // pixels; shorter half displacements are not blurred
+constexpr double no_length = 1.0 / 64; // pixels; shorter ones are rounding, and count as zero
+constexpr double sky_depth = 1e9;      // renderers write 1e10 where nothing was hit; infinity is sky as well
 constexpr double largest_half = 65504;
 
 double length(Vector v) {
@@ -333,7 +334,7 @@ Grid<3> velocity_stage(const MotionBlurInput& input, const MotionBlurSettings& s
                 v = (mask > 0 ? 1 - std::min(mask, 1.0) : 1.0) * v;
             }
             const double l = length(v);
-            if (!std::isfinite(l))
+            if (!std::isfinite(l) || l < no_length)
                 v = {};
             else if (l > radius)
                 v = (radius / l) * v;

@@ -50,11 +50,18 @@ shared float spreads_of[fits ? apron * apron : 1];
 shared vec2 longest_of[256];
 shared vec3 widest_of[256]; // vector, spread
 
+shared uint moving; // whether any of them has motion that is blurred
+
 void load_tiles(ivec2 tiles) {
+    if (gl_LocalInvocationIndex == 0u)
+        moving = 0u;
+    barrier();
     const ivec2 origin = ivec2(gl_WorkGroupID.xy) * 4 - rings;
     for (int i = int(gl_LocalInvocationIndex); i < apron * apron; i += 256) {
         const ivec2 tile = clamp(origin + ivec2(i % apron, i / apron), ivec2(0), tiles - 1);
         tiles_of[i] = texelFetch(tile_image, tile, 0);
+        if (dot(tiles_of[i].xy, tiles_of[i].xy) >= still_length * still_length)
+            moving = 1u; // whoever writes, writes the same
         spreads_of[i] = texelFetch(spread_image, tile, 0).x;
     }
     barrier();
@@ -127,34 +134,36 @@ void main() {
         load_tiles(tiles);
     const int side = 2 * rings + 1;
     vec2 longest = vec2(0);
-    for (int i = int(gl_LocalInvocationID.z); i < side * side; i += 16) {
-        const ivec2 offset = ivec2(i % side, i / side) - rings;
-        const ivec2 other = tile + offset;
-        if (!exists || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
-            continue;
-        const vec4 t = tile_at(other);
-        if (longer(t.xy, longest) && reaches(t, offset))
-            longest = t.xy;
-    }
-    longest = longest_of_all(longest);
-    // Whether motion is even concerns what reaches the tile, and what its own vectors reach.
-    const float own_reach = exists ? length(tile_at(tile).xy) * (1.0 + abs(constants.centre)) : 0.0;
-    const int own_rings = int(ceil(own_reach / float(tile_size)));
     vec3 widest = vec3(0);
-    for (int i = int(gl_LocalInvocationID.z); i < side * side; i += 16) {
-        const ivec2 offset = ivec2(i % side, i / side) - rings;
-        const ivec2 other = tile + offset;
-        if (!exists || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
-            continue;
-        const vec4 t = tile_at(other);
-        const bool does_reach = reaches(t, offset);
-        if (does_reach || max(abs(offset.x), abs(offset.y)) <= own_rings)
-            widest.z = max(widest.z, distance(t.xy, longest) + spread_at(other));
-        const vec2 v = wider(t.zw, t.xy, longest) ? t.zw : t.xy;
-        if (does_reach && wider(v, widest.xy, longest))
-            widest.xy = v;
+    if (!fits || moving != 0u) { // the same for all threads
+        for (int i = int(gl_LocalInvocationID.z); i < side * side; i += 16) {
+            const ivec2 offset = ivec2(i % side, i / side) - rings;
+            const ivec2 other = tile + offset;
+            if (!exists || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
+                continue;
+            const vec4 t = tile_at(other);
+            if (longer(t.xy, longest) && reaches(t, offset))
+                longest = t.xy;
+        }
+        longest = longest_of_all(longest);
+        // Whether motion is even concerns what reaches the tile, and what its own vectors reach.
+        const float own_reach = exists ? length(tile_at(tile).xy) * (1.0 + abs(constants.centre)) : 0.0;
+        const int own_rings = int(ceil(own_reach / float(tile_size)));
+        for (int i = int(gl_LocalInvocationID.z); i < side * side; i += 16) {
+            const ivec2 offset = ivec2(i % side, i / side) - rings;
+            const ivec2 other = tile + offset;
+            if (!exists || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
+                continue;
+            const vec4 t = tile_at(other);
+            const bool does_reach = reaches(t, offset);
+            if (does_reach || max(abs(offset.x), abs(offset.y)) <= own_rings)
+                widest.z = max(widest.z, distance(t.xy, longest) + spread_at(other));
+            const vec2 v = wider(t.zw, t.xy, longest) ? t.zw : t.xy;
+            if (does_reach && wider(v, widest.xy, longest))
+                widest.xy = v;
+        }
+        widest = widest_of_all(widest, longest);
     }
-    widest = widest_of_all(widest, longest);
     const float l = length(longest);
     uint class_index = 2u;
     if (l < still_length)

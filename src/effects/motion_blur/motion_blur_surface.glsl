@@ -2,6 +2,7 @@
 // in two more), or in 64 (two half floats and the depth as it is).
 
 const float still_length = 0.5; // pixels; shorter half displacements are not blurred
+const float no_length = 1.0 / 64.0; // pixels; shorter ones are rounding, and count as zero
 
 struct Surface {
     vec2 v;  // half displacement, pixels

@@ -124,7 +124,7 @@ constexpr PresetOverride medium[] = {
     {"uniform_pixels", "3"}, {"uniform_tolerance", "0.1"},
 };
 constexpr PresetOverride high[] = {
-    {"taps", "8"},           {"search_taps", "6"},         {"least_taps", "3"}, {"second_direction", "false"},
+    {"taps", "7"},           {"search_taps", "6"},         {"least_taps", "3"}, {"second_direction", "false"},
     {"uniform_pixels", "3"}, {"uniform_tolerance", "0.1"},
 };
 constexpr PresetOverride ultra[] = {

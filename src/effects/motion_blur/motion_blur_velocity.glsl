@@ -181,7 +181,7 @@ vec2 half_displacement(ivec2 pixel, vec4 known) {
     if (has_exclusion)
         v *= 1.0 - mask_value(nearest(exclusion_image, constants.exclusion_ratio, pixel).x);
     const float l = length(v);
-    if (!is_finite(l))
+    if (!is_finite(l) || l < no_length)
         return vec2(0);
     return l > constants.radius ? v * (constants.radius / l) : v;
 }
@@ -347,14 +347,16 @@ void main() {
     }
     longest = reduce_longest(longest);
     vec3 widest = vec3(0); // vector, squared spread; pixels outside the image do not count
-    for (uint k = 0u; k < count; ++k) {
-        const vec2 v = stored_vector((top + k) * tile_size + column);
-        const vec2 d = v - longest;
-        widest.z = max(widest.z, dot(d, d));
-        if (wider(v, widest.xy, longest))
-            widest.xy = v;
+    if (longest != vec2(0)) { // the same for all threads; in a still tile all vectors are zero
+        for (uint k = 0u; k < count; ++k) {
+            const vec2 v = stored_vector((top + k) * tile_size + column);
+            const vec2 d = v - longest;
+            widest.z = max(widest.z, dot(d, d));
+            if (wider(v, widest.xy, longest))
+                widest.xy = v;
+        }
+        widest = reduce_widest(widest, longest);
     }
-    widest = reduce_widest(widest, longest);
     if (gl_LocalInvocationIndex == 0u) {
         imageStore(tile_image, ivec2(gl_WorkGroupID.xy), vec4(longest, widest.xy));
         imageStore(spread_image, ivec2(gl_WorkGroupID.xy), vec4(sqrt(widest.z)));
