@@ -17,7 +17,7 @@ VkFormat output_format(const ImageRole& role) {
 std::vector<std::string> wanted_planes(const EffectInfo& effect, const std::vector<std::string>& opted_in) {
     std::vector<std::string> wanted;
     for (const ImageRole& role : effect.images) {
-        if (role.use == ImageUse::output)
+        if (role.is_output())
             continue;
         const std::string plane = plane_of(adapter_of(effect), role, opted_in);
         if (!plane.empty() && std::ranges::find(wanted, plane) == wanted.end())
@@ -33,7 +33,7 @@ Result<BoundImages> BoundImages::create(Rig& rig, const EffectInfo& effect, cons
     bound.storage_.resize((effect.images_size + sizeof(Unit) - 1) / sizeof(Unit));
     for (const ImageRole& role : effect.images) {
         Image& target = role.get(bound.storage_.data());
-        if (role.use == ImageUse::output) {
+        if (role.is_output()) {
             auto made = rig.device().create_image(output_format(role), inputs.extent);
             if (!made)
                 return made.error();

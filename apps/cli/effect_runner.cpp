@@ -14,6 +14,15 @@ VkFormat float_format(uint32_t components) {
     return components == 2 ? VK_FORMAT_R32G32_SFLOAT : VK_FORMAT_R32G32B32A32_SFLOAT;
 }
 
+namespace {
+
+// Visibility has a name that other programs know.
+std::string channel_name(const EffectInfo& effect, const ImageRole& role) {
+    return std::string_view(role.name) == "visibility" ? "AO" : fmt::format("{}.{}", effect.name, role.name);
+}
+
+} // namespace
+
 Result<std::unique_ptr<EffectRunner>> EffectRunner::create(apps::Device& device, const EffectChain& chain,
                                                            uint32_t frames_in_flight) {
     ContextInfo info = device.context_info();
@@ -24,12 +33,12 @@ Result<std::unique_ptr<EffectRunner>> EffectRunner::create(apps::Device& device,
     std::unique_ptr<EffectRunner> runner(new EffectRunner(device, std::move(*context)));
     for (const ChainLink& link : chain) {
         Stage stage{&link, nullptr, {}};
-        bool has_colour = false;
         for (const ImageRole& role : link.effect->images) {
-            if (role.use != ImageUse::output)
+            if (!role.is_output())
                 continue;
-            const bool is_colour = !has_colour && role.components >= 3;
-            has_colour = has_colour || is_colour;
+            const bool is_colour = std::string_view(role.name) == "output";
+            if (role.is_optional() && !is_colour)
+                continue;
             stage.outputs.push_back({&role, is_colour, {}});
         }
         runner->stages_.push_back(std::move(stage));
@@ -73,7 +82,7 @@ Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, 
         std::vector<std::max_align_t> images(effect.images_size / sizeof(std::max_align_t) + 1);
         for (const ImageRole& role : effect.images) {
             const auto found = current.find(role.name);
-            role.get(images.data()) = role.use != ImageUse::output && found != current.end() ? found->second : Image{};
+            role.get(images.data()) = !role.is_output() && found != current.end() ? found->second : Image{};
         }
         for (const Output& output : stage.outputs)
             output.role->get(images.data()) = output.image.image();
@@ -100,7 +109,7 @@ std::map<std::string, const apps::HostImage*> EffectRunner::extras() const {
     for (const Stage& stage : stages_)
         for (const Output& output : stage.outputs)
             if (!output.is_colour)
-                result[fmt::format("{}.{}", stage.link->effect->name, output.role->name)] = &output.image;
+                result[channel_name(*stage.link->effect, *output.role)] = &output.image;
     return result;
 }
 

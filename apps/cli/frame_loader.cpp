@@ -80,7 +80,7 @@ Result<FrameLoader> FrameLoader::create(const EffectChain& chain, const LoaderOp
 bool FrameLoader::needs(std::string_view role) const {
     for (const ChainLink& link : *chain_)
         for (const ImageRole& image : link.effect->images)
-            if (image.use != ImageUse::output && image.name == role)
+            if (!image.is_output() && image.name == role)
                 return true;
     return false;
 }
@@ -162,8 +162,8 @@ Result<void> FrameLoader::add_motion(LoadedFrame& frame, const media::ChannelSel
 void FrameLoader::add_others(LoadedFrame& frame, const media::ChannelSelection& channels) {
     for (const ChainLink& link : *chain_) {
         for (const ImageRole& role : link.effect->images) {
-            if (role.use == ImageUse::output || frame.roles.contains(role.name) ||
-                std::string_view(role.name) == "depth" || std::string_view(role.name).ends_with("velocity"))
+            if (role.is_output() || frame.roles.contains(role.name) || std::string_view(role.name) == "depth" ||
+                std::string_view(role.name).ends_with("velocity"))
                 continue;
             const bool is_normal = std::string_view(role.name).starts_with("normal");
             const media::ChannelGroup group = is_normal ? channels.normal.chosen.value_or(media::ChannelGroup{})

@@ -8,12 +8,13 @@
 
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 namespace sfumato {
 
-enum class ImageUse { input, optional_input, output };
+enum class ImageUse { input, optional_input, output, optional_output };
 
 // One image that an effect takes: a member of its images struct.
 struct ImageRole {
@@ -23,6 +24,9 @@ struct ImageRole {
     uint32_t components; // least number of channels
     bool is_signed;      // holds negative values: unsigned formats are refused
     Image& (*get)(void* images);
+
+    bool is_output() const { return use == ImageUse::output || use == ImageUse::optional_output; }
+    bool is_optional() const { return use == ImageUse::optional_input || use == ImageUse::optional_output; }
 };
 
 // Everything there is to know of an effect. Tools, docs and generic tests read this.
@@ -33,9 +37,13 @@ struct EffectInfo {
     const ParameterTable* parameters;
     std::span<const ImageRole> images;
     size_t images_size; // sizeof the images struct
+    bool needs_camera;  // whether Frame::camera must be given
     // The plan of one frame. A pure function; handles of the images are not looked at, only format and extent.
     // Expects validated input (validate_effect).
     Plan (*plan)(const Frame& frame, const void* parameters, const void* images);
+    // What the effect alone knows to be wrong: combinations of parameters and images. May be null. The text is empty
+    // where nothing is wrong.
+    std::string (*check)(const Frame& frame, const void* parameters, const void* images) = nullptr;
 };
 
 // All effects of the library.

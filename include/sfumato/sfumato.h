@@ -30,6 +30,7 @@
 
 #include "sfumato/context.h"
 #include "sfumato/effect.h"
+#include "sfumato/effects/ambient_occlusion.h"
 #include "sfumato/effects/motion_blur.h"
 #include "sfumato/executor.h"
 #include "sfumato/frame.h"

@@ -2,6 +2,7 @@
 #include "sfumato/effect.h"
 
 #include "core/formats.h"
+#include "sfumato/effects/ambient_occlusion.h"
 #include "sfumato/effects/motion_blur.h"
 
 #include <algorithm>
@@ -13,6 +14,7 @@ namespace sfumato {
 std::span<const EffectInfo* const> effects() {
     static const EffectInfo* const list[] = {
         &MotionBlur::info(),
+        &AmbientOcclusion::info(),
     };
     return list;
 }
@@ -42,13 +44,13 @@ Result<void> validate_layout(const EffectInfo& effect, const ImageRole& role, co
         image.layout == VK_IMAGE_LAYOUT_DEPTH_STENCIL_READ_ONLY_OPTIMAL ||
         image.layout == VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_STENCIL_ATTACHMENT_OPTIMAL ||
         image.layout == VK_IMAGE_LAYOUT_DEPTH_READ_ONLY_OPTIMAL || image.layout == VK_IMAGE_LAYOUT_READ_ONLY_OPTIMAL;
-    const bool fits = role.use == ImageUse::output ? image.layout == VK_IMAGE_LAYOUT_GENERAL : readable;
+    const bool fits = role.is_output() ? image.layout == VK_IMAGE_LAYOUT_GENERAL : readable;
     if (!fits)
-        return invalid(effect, name + "is in VkImageLayout " + std::to_string(image.layout) +
-                                   (role.use == ImageUse::output
-                                        ? "; an output must be in GENERAL"
-                                        : "; an input must be in SHADER_READ_ONLY_OPTIMAL, GENERAL or a depth "
-                                          "read-only layout"));
+        return invalid(effect,
+                       name + "is in VkImageLayout " + std::to_string(image.layout) +
+                           (role.is_output() ? "; an output must be in GENERAL"
+                                             : "; an input must be in SHADER_READ_ONLY_OPTIMAL, GENERAL or a depth "
+                                               "read-only layout"));
     return {};
 }
 
@@ -57,7 +59,7 @@ Result<void> validate_image(const EffectInfo& effect, const ImageRole& role, con
     if (!image) {
         if (image.extent.width != 0 || image.extent.height != 0)
             return invalid(effect, name + "is " + extent_text(image.extent) + "; both sides must be at least 1");
-        if (role.use == ImageUse::optional_input)
+        if (role.is_optional())
             return {};
         return invalid(effect, name + "is missing: " + role.doc);
     }
@@ -72,7 +74,7 @@ Result<void> validate_image(const EffectInfo& effect, const ImageRole& role, con
                                    std::to_string(role.components) + " components");
     if (role.is_signed && !format->is_signed)
         return invalid(effect, name + "has format " + format->name + ", which cannot hold negative values");
-    if (role.use == ImageUse::output && format->is_depth)
+    if (role.is_output() && format->is_depth)
         return invalid(effect, name + "has depth format " + format->name + ", which cannot be written");
     return need_handles ? validate_layout(effect, role, image) : Result<void>{};
 }
@@ -96,6 +98,8 @@ Result<void> validate_frame(const EffectInfo& effect, const Frame& frame) {
     if (frame.depth_kind == DepthKind::device && !frame.camera)
         return invalid(effect, "frame.depth_kind is device, but frame.camera is missing: depth is read off its "
                                "projection");
+    if (effect.needs_camera && !frame.camera)
+        return invalid(effect, "frame.camera is missing: positions are read off its projection");
     return {};
 }
 
@@ -114,22 +118,25 @@ Result<void> validate_effect(const EffectInfo& effect, const Frame& frame, const
         const Image& image = role.get(const_cast<void*>(images));
         if (auto valid = validate_image(effect, role, image, need_handles); !valid)
             return valid.error();
-        if (role.use != ImageUse::output && image && need_handles && input_count < 64)
+        if (!role.is_output() && image && need_handles && input_count < 64)
             inputs[input_count++] = &image;
     }
     // Every pixel of an output is written: it has the size of what the effect works on, its first image.
     const Image& first = effect.images.front().get(const_cast<void*>(images));
     for (const ImageRole& role : effect.images)
         if (const Image& image = role.get(const_cast<void*>(images));
-            role.use == ImageUse::output && image && image.extent != first.extent)
+            role.is_output() && image && image.extent != first.extent)
             return invalid(effect, std::string("image '") + role.name + "' is " + extent_text(image.extent) +
                                        "; it must have the size of '" + effect.images.front().name + "', " +
                                        extent_text(first.extent));
     for (const ImageRole& role : effect.images)
-        for (size_t i = 0; i < input_count && role.use == ImageUse::output && need_handles; ++i)
+        for (size_t i = 0; i < input_count && role.is_output() && need_handles; ++i)
             if (const Image& image = role.get(const_cast<void*>(images)); image && image.view == inputs[i]->view)
                 return invalid(effect, std::string("image '") + role.name +
                                            "' is also an input; an effect cannot work in place");
+    if (effect.check)
+        if (const std::string wrong = effect.check(frame, parameters, images); !wrong.empty())
+            return invalid(effect, wrong);
     return {};
 }
 

@@ -81,7 +81,9 @@ MemoryUsage Context::memory_usage() const {
     usage.histories = state_->history_bytes;
     for (const auto& image : state_->retired)
         usage.histories += image->bytes;
-    usage.constants = state_->constant_bytes + (state_->zero ? state_->zero->bytes : 0);
+    usage.constants = state_->constant_bytes;
+    for (const auto& zero : state_->zeros)
+        usage.constants += zero ? zero->bytes : 0;
     return usage;
 }
 

@@ -17,8 +17,9 @@ ContextState::~ContextState() {
         destroy(*image);
     for (auto& buffer : buffers)
         destroy(*buffer);
-    if (zero)
-        destroy(*zero);
+    for (auto& zero : zeros)
+        if (zero)
+            destroy(*zero);
     if (vk.vkDestroySampler) {
         vk.vkDestroySampler(info.device, nearest, nullptr);
         vk.vkDestroySampler(info.device, linear, nullptr);
@@ -35,10 +36,13 @@ Result<void> ContextState::create() {
                                            &binding};
     if (VkResult r = vk.vkCreateDescriptorSetLayout(info.device, &layout, nullptr, &constants_layout); r != VK_SUCCESS)
         return vulkan_error("vkCreateDescriptorSetLayout", r);
-    auto image = create_image("sfumato zero", VK_FORMAT_R8G8B8A8_UNORM, {1, 1}, 1);
-    if (!image)
-        return image.error();
-    zero = std::move(*image);
+    constexpr VkFormat formats[] = {VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_R32G32_UINT};
+    for (size_t i = 0; i < 2; ++i) {
+        auto image = create_image("sfumato zero", formats[i], {1, 1}, 1);
+        if (!image)
+            return image.error();
+        zeros[i] = std::move(*image);
+    }
     return {};
 }
 

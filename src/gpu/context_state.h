@@ -17,6 +17,7 @@ struct Pipeline {
     VkPipelineLayout layout = VK_NULL_HANDLE;
     VkPipeline pipeline = VK_NULL_HANDLE;
     std::array<uint32_t, 3> local_size = {1, 1, 1};
+    uint64_t integer_samplers = 0; // a bit for every binding
 };
 
 // The last frame in which something was used: frame number `serial` of executor `executor`.
@@ -58,8 +59,9 @@ struct ContextState {
     VkSampler nearest = VK_NULL_HANDLE;
     VkSampler linear = VK_NULL_HANDLE;
     VkDescriptorSetLayout constants_layout = VK_NULL_HANDLE;
-    std::unique_ptr<DeviceImage> zero; // bound where an optional input is absent
-    bool zero_is_clear = false;
+    // Bound where an optional input is absent: texels of numbers, of integers.
+    std::unique_ptr<DeviceImage> zeros[2];
+    bool zeros_are_clear = false;
     std::map<VkFormat, VkFormatFeatureFlags> format_features;
     std::map<std::vector<uint64_t>, Pipeline> pipelines;
     std::vector<std::unique_ptr<DeviceImage>> transients;

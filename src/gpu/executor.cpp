@@ -96,9 +96,9 @@ void ExecutorState::timestamp(VkCommandBuffer commands, const std::string& pass)
 void ExecutorState::record_opening(VkCommandBuffer commands, const Plan& plan, const ResolvedPlan& resolved) {
     const auto& vk = context->vk;
     constexpr VkAccessFlags access = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
-    const bool clear_zero = !std::exchange(context->zero_is_clear, true);
+    const bool clear_zeros = !std::exchange(context->zeros_are_clear, true);
     const bool poisons = context->info.poison >= 0;
-    const bool clears = clear_zero || poisons || !resolved.cleared_histories.empty();
+    const bool clears = clear_zeros || poisons || !resolved.cleared_histories.empty();
     const VkAccessFlags all_access = clears ? access | VK_ACCESS_TRANSFER_WRITE_BIT : access;
     std::vector<VkImageMemoryBarrier> images;
     std::vector<VkImage> to_poison;
@@ -120,8 +120,9 @@ void ExecutorState::record_opening(VkCommandBuffer commands, const Plan& plan, c
                 if (!std::exchange(history.has_layout[side], true))
                     images.push_back(to_general(history.images[side]->image, all_access));
         }
-    if (clear_zero)
-        images.push_back(to_general(context->zero->image, all_access));
+    for (const auto& zero : context->zeros)
+        if (clear_zeros)
+            images.push_back(to_general(zero->image, all_access));
     // Buffers may have been read as commands by the plan before.
     constexpr VkPipelineStageFlags stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
     const VkMemoryBarrier memory{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr,
@@ -137,8 +138,9 @@ void ExecutorState::record_opening(VkCommandBuffer commands, const Plan& plan, c
         std::fill(std::begin(colour.float32), std::end(colour.float32), value);
         vk.vkCmdClearColorImage(commands, image, VK_IMAGE_LAYOUT_GENERAL, &colour, 1, &range);
     };
-    if (clear_zero)
-        clear(context->zero->image, 0.0f);
+    for (const auto& zero : context->zeros)
+        if (clear_zeros)
+            clear(zero->image, 0.0f);
     for (const uint32_t index : resolved.cleared_histories) {
         HistoryImages& history = histories[index];
         clear(history.images[1 - history.current]->image, 0.0f);

@@ -78,6 +78,9 @@ Result<Pipeline> ContextState::create_pipeline(const Plan& plan, const Pass& pas
         return checked.error();
     Pipeline result;
     result.local_size = shader->local_size;
+    for (const ShaderBinding& binding : shader->bindings)
+        if (binding.is_integer && binding.binding < 64)
+            result.integer_samplers |= uint64_t{1} << binding.binding;
     VkShaderModule module = VK_NULL_HANDLE;
     const auto fail = [&](const char* call, VkResult code) {
         vk.vkDestroyShaderModule(info.device, module, nullptr);

@@ -254,7 +254,7 @@ Result<void> ExecutorState::write_set(const Plan& plan, const Pass& pass, std::s
                                                      std::to_string(resource->format) +
                                                      ", which shaders of this device cannot write"};
         if (!resource) {
-            image.imageView = context->zero->view;
+            image.imageView = context->zeros[out.pipeline->integer_samplers >> i & 1]->view;
         } else if (resource->kind == ResourceKind::host) {
             image.imageView = images[resource->index].view;
             image.imageLayout = images[resource->index].layout;

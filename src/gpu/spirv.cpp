@@ -10,6 +10,7 @@ namespace {
 
 enum Op : uint32_t {
     op_execution_mode = 16,
+    op_type_int = 21,
     op_type_image = 25,
     op_type_sampled_image = 27,
     op_type_struct = 30,
@@ -25,7 +26,7 @@ constexpr uint32_t storage_uniform_constant = 0, storage_uniform = 2, storage_st
 struct Id {
     uint32_t op = 0;
     uint32_t sampled = 0; // of an image type: 1 with sampler, 2 storage
-    uint32_t type = 0;    // pointee of a pointer, type of a variable
+    uint32_t type = 0;    // pointee of a pointer, type of a variable, of an image's texels, of a sampled image
     uint32_t storage = 0;
     uint32_t set = 0, binding = 0;
     bool is_bound = false, is_buffer_block = false;
@@ -51,8 +52,12 @@ void read_instruction(std::span<const uint32_t> words, std::vector<Id>& ids, Sha
         decorate(id(1), words);
     else if (op == op_type_image && words.size() >= 8) {
         id(1).op = op;
+        id(1).type = words[2];
         id(1).sampled = words[7];
-    } else if ((op == op_type_sampled_image || op == op_type_struct) && words.size() >= 2)
+    } else if (op == op_type_sampled_image && words.size() >= 3) {
+        id(1).op = op;
+        id(1).type = words[2];
+    } else if ((op == op_type_int || op == op_type_struct) && words.size() >= 2)
         id(1).op = op;
     else if (op == op_type_pointer && words.size() >= 4) {
         id(1).storage = words[2];
@@ -100,9 +105,11 @@ Result<ShaderInterface> reflect_shader(const Shader& shader) {
     for (const Id& id : ids) {
         if (id.op != op_variable || !id.is_bound)
             continue;
-        ShaderBinding binding{id.set, id.binding, {}};
+        ShaderBinding binding{id.set, id.binding, {}, false};
         if (!descriptor_type(ids, id, binding.type))
             return broken("a binding is neither an image nor a buffer");
+        if (binding.type == VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER)
+            binding.is_integer = ids[ids[ids[ids[id.type].type].type].type].op == op_type_int;
         result.bindings.push_back(binding);
     }
     return result;

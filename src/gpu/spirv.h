@@ -14,6 +14,7 @@ struct ShaderBinding {
     uint32_t set = 0;
     uint32_t binding = 0;
     VkDescriptorType type = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+    bool is_integer = false; // a sampler of integers
 };
 
 struct ShaderInterface {

@@ -148,8 +148,9 @@ Frame fixture_frame(uint64_t index, Extent extent) {
 }
 
 void set_fixture(EffectRig& rig, const EffectInfo& effect, Extent extent, bool optional, uint32_t seed) {
+    rig.optional_outputs = optional;
     for (const ImageRole& role : effect.images) {
-        if (role.use == ImageUse::output)
+        if (role.is_output())
             continue;
         if (role.use == ImageUse::input || optional)
             rig.set(role.name, fixture_image(role, extent, seed));

@@ -34,7 +34,8 @@ TEST_P(GenericEffect, sizes_poison_and_sentinels) {
                 const FloatImage y = second.run(frame, parameters.data());
                 ASSERT_EQ(first_difference(x, y), "");
                 ASSERT_TRUE(all_finite(x));
-                ASSERT_EQ(x.extent, extent);
+                ASSERT_EQ(x.extent.width, extent.width);
+                ASSERT_EQ(x.extent.height % extent.height, 0u); // one output below the other
             }
     }
 }
@@ -108,7 +109,7 @@ TEST_P(GenericEffect, inputs_of_another_format) {
     const ParameterSet parameters = defaults();
     set_fixture(rig, effect(), usual);
     for (const ImageRole& role : effect().images) {
-        if (role.use == ImageUse::output)
+        if (role.is_output())
             continue;
         for (const VkFormat format : formats_of(role)) {
             rig.set(role.name, fixture_image(role, usual), format);
@@ -132,7 +133,11 @@ TEST_P(GenericEffect, optional_inputs_missing_or_of_another_size) {
         if (role.use != ImageUse::optional_input)
             continue;
         rig.remove(role.name);
-        EXPECT_TRUE(all_finite(rig.run(fixture_frame(1, usual), parameters.data()))) << "without " << role.name;
+        try {
+            EXPECT_TRUE(all_finite(rig.run(fixture_frame(1, usual), parameters.data()))) << "without " << role.name;
+        } catch (const std::runtime_error& error) { // an optional output may need it
+            EXPECT_NE(std::string(error.what()).find("missing"), std::string::npos) << error.what();
+        }
         for (const Extent extent : {Extent{48, 30}, Extent{1, 1}, Extent{200, 131}}) {
             rig.set(role.name, fixture_image(role, extent));
             try {
@@ -216,7 +221,7 @@ TEST_P(WildInput, stays_local) {
         const FloatImage clean = rig.run(fixture_frame(1, extent), parameters.data());
         for (const ImageRole& role : effect().images)
             for (const Wild& wild : wild_values)
-                if (role.use != ImageUse::output)
+                if (!role.is_output())
                     check(rig, role, wild, parameters.data(), clean);
     }
 }
@@ -226,7 +231,7 @@ TEST_P(WildInput, enters_no_history) {
     const auto context = make_context(0);
     const ParameterSet parameters = defaults();
     for (const ImageRole& role : effect().images) {
-        if (role.use == ImageUse::output)
+        if (role.is_output())
             continue;
         for (const Wild& wild : wild_values) {
             EffectRig rig(*context, effect());

@@ -63,7 +63,7 @@ class Refusal : public EffectTest {
 
 TEST_P(Refusal, images) {
     for (const ImageRole& role : effect().images) {
-        if (role.use != ImageUse::optional_input)
+        if (!role.is_optional())
             expect_image(
                 role, [](Image& image) { image = {}; }, "missing");
         expect_image(
@@ -84,7 +84,7 @@ TEST_P(Refusal, images) {
         if (role.components > 1)
             expect_image(
                 role, [](Image& image) { image.format = VK_FORMAT_R16_SFLOAT; }, "components");
-        if (role.use == ImageUse::output) {
+        if (role.is_output()) {
             expect_image(
                 role, [](Image& image) { image.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL; }, "GENERAL");
             expect_image(
@@ -96,7 +96,7 @@ TEST_P(Refusal, images) {
 TEST_P(Refusal, working_in_place) {
     for (const ImageRole& output : effect().images)
         for (const ImageRole& input : effect().images)
-            if (output.use == ImageUse::output && input.use != ImageUse::output) {
+            if (output.is_output() && !input.is_output()) {
                 Image before;
                 const std::string text = message(
                     [&](void* images) {

@@ -125,9 +125,15 @@ void EffectRig::make_outputs() {
     const Extent extent = images_.at(effect_->images.front().name).extent();
     const FloatImage filled =
         make_image(extent, 4, [&](uint32_t, uint32_t, float* pixel) { std::fill(pixel, pixel + 4, sentinel); });
-    for (const ImageRole& role : effect_->images)
-        if (role.use == ImageUse::output)
-            images_[role.name] = upload(filled, output_format);
+    for (const ImageRole& role : effect_->images) {
+        if (!role.is_output() || (role.is_optional() && !optional_outputs)) {
+            if (role.is_output())
+                images_.erase(role.name);
+            continue;
+        }
+        const bool fits = !role.is_signed || output_format != VK_FORMAT_R8G8B8A8_UNORM;
+        images_[role.name] = upload(filled, fits ? output_format : VK_FORMAT_R16G16B16A16_SFLOAT);
+    }
     for (const ImageRole& role : effect_->images) {
         const auto found = images_.find(role.name);
         role.get(storage_.data()) = found == images_.end() ? Image{} : found->second.image();
@@ -144,10 +150,19 @@ Result<void> EffectRig::record(VkCommandBuffer commands, const Frame& frame, con
 FloatImage EffectRig::run(const Frame& frame, const void* parameters) {
     make_outputs();
     run_commands([&](VkCommandBuffer commands) { expect_done(record(commands, frame, parameters), "record"); });
+    // One below the other.
+    FloatImage all;
     for (const ImageRole& role : effect_->images)
-        if (role.use == ImageUse::output)
-            return read_back(images_.at(role.name));
-    return {};
+        if (role.is_output() && images_.contains(role.name)) {
+            const FloatImage output = read_back(images_.at(role.name));
+            if (all.values.empty()) {
+                all = output;
+            } else {
+                all.values.insert(all.values.end(), output.values.begin(), output.values.end());
+                all.extent.height += output.extent.height;
+            }
+        }
+    return all;
 }
 
 } // namespace sfumato::test

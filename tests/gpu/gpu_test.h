@@ -73,9 +73,10 @@ class EffectRig {
     void remove(const std::string& role);
 
     VkFormat output_format = VK_FORMAT_R32G32B32A32_SFLOAT;
+    bool optional_outputs = true;
     float sentinel = 0.0f; // outputs are filled with it before the effect runs
 
-    // Records, submits, waits, reads the first output back.
+    // Records, submits, waits, reads the outputs back, one below the other.
     FloatImage run(const Frame& frame, const void* parameters);
     // The same up to recording, with the images changed by `change`: for what must be refused.
     Result<void> record(VkCommandBuffer commands, const Frame& frame, const void* parameters,

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
 
 namespace sfumato {
 namespace {
@@ -24,7 +25,7 @@ std::vector<std::byte> make_images(const EffectInfo& effect, Extent extent, bool
     std::vector<std::byte> storage(effect.images_size);
     for (const ImageRole& role : effect.images) {
         Image& image = *new (&role.get(storage.data())) Image{};
-        if (role.use == ImageUse::optional_input && !optional)
+        if (role.is_optional() && !optional)
             continue;
         const VkFormat formats[] = {VK_FORMAT_R16_SFLOAT, VK_FORMAT_R16G16_SFLOAT, VK_FORMAT_R16G16B16A16_SFLOAT,
                                     VK_FORMAT_R16G16B16A16_SFLOAT};
@@ -46,7 +47,7 @@ void expect_sound(const EffectInfo& effect, const ParameterSet& parameters, cons
     for (const Extent extent : sizes)
         for (const bool optional : {false, true})
             for (const bool reset : {false, true}) {
-                Frame frame = make_frame(optional);
+                Frame frame = make_frame(optional || effect.needs_camera);
                 frame.reset = reset;
                 const auto images = make_images(effect, extent, optional);
                 const auto plan = plan_effect(effect, frame, parameters.data(), images.data());
@@ -103,7 +104,7 @@ TEST(EffectPlans, are_a_pure_function) {
         const auto a = plan_effect(*effect, frame, parameters.data(), images.data());
         // Another plan in between, and another place in memory.
         const auto other_images = make_images(*effect, {31, 17}, false);
-        ASSERT_TRUE(plan_effect(*effect, make_frame(false), parameters.data(), other_images.data()));
+        ASSERT_TRUE(plan_effect(*effect, make_frame(effect->needs_camera), parameters.data(), other_images.data()));
         const auto images_again = make_images(*effect, {97, 61}, true);
         const auto b = plan_effect(*effect, frame, parameters.data(), images_again.data());
         ASSERT_TRUE(a && b);
@@ -114,19 +115,27 @@ TEST(EffectPlans, are_a_pure_function) {
 // Every image that is handed in is looked at by some pass: a role that no plan takes is a dead input.
 TEST(EffectPlans, take_every_image) {
     for (const EffectInfo* effect : effects()) {
-        const ParameterSet parameters(*effect->parameters);
         const auto images = make_images(*effect, {97, 61}, true);
-        const auto plan = plan_effect(*effect, make_frame(true), parameters.data(), images.data());
-        ASSERT_TRUE(plan);
-        for (size_t i = 0; i < effect->images.size(); ++i) {
-            bool bound = false;
+        std::set<uint32_t> bound;
+        const auto look = [&](const ParameterSet& parameters) {
+            const auto plan = plan_effect(*effect, make_frame(true), parameters.data(), images.data());
+            ASSERT_TRUE(plan);
             for (const Pass& pass : plan->passes)
                 for (const Access& access : pass.accesses)
-                    bound = bound || (access.resource != no_resource &&
-                                      plan->resources[access.resource].kind == ResourceKind::host &&
-                                      plan->resources[access.resource].index == i);
-            EXPECT_TRUE(bound) << effect->name << " does not look at " << effect->images[i].name;
-        }
+                    if (access.resource != no_resource && plan->resources[access.resource].kind == ResourceKind::host)
+                        bound.insert(plan->resources[access.resource].index);
+        };
+        // Some are for a choice or a switch that is off by default.
+        look(ParameterSet(*effect->parameters));
+        for (const ParameterInfo& info : effect->parameters->parameters)
+            for (size_t value = 0; value < std::max<size_t>(info.choices.size(), 2); ++value) {
+                ParameterSet parameters(*effect->parameters);
+                if (info.kind == ParameterKind::choice || info.kind == ParameterKind::boolean)
+                    info.set(parameters.data(), static_cast<double>(value));
+                look(parameters);
+            }
+        for (uint32_t i = 0; i < effect->images.size(); ++i)
+            EXPECT_TRUE(bound.contains(i)) << effect->name << " does not look at " << effect->images[i].name;
     }
 }
 
@@ -184,7 +193,7 @@ TEST(EffectPlans, refuse_broken_images) {
                     << "'" << message << "' does not name " << role.name << " (" << what << ")";
                 EXPECT_NE(message.find(what), std::string::npos) << message;
             };
-            if (role.use != ImageUse::optional_input)
+            if (!role.is_optional())
                 expect([](Image& image) { image = {}; }, "missing");
             expect([](Image& image) { image.extent = {9, 0}; }, "9×0");
             expect([](Image& image) { image.extent = {70000, 9}; }, "70000×9");
@@ -194,7 +203,7 @@ TEST(EffectPlans, refuse_broken_images) {
                 expect([](Image& image) { image.format = VK_FORMAT_R16_SFLOAT; }, "R16_SFLOAT");
             if (role.is_signed)
                 expect([](Image& image) { image.format = VK_FORMAT_R16G16B16A16_UNORM; }, "negative");
-            if (role.use == ImageUse::output) {
+            if (role.is_output()) {
                 expect([](Image& image) { image.extent = {8, 9}; }, "8×9");
                 expect([](Image& image) { image.extent = {9, 10}; }, "9×10");
             }

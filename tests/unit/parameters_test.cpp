@@ -262,7 +262,7 @@ TEST(Effects, describe_themselves) {
             EXPECT_TRUE(members.insert(&role.get(images.data())).second) << role.name << " shares a member";
             EXPECT_GE(std::strlen(role.doc), 5u);
             EXPECT_TRUE(role.components >= 1 && role.components <= 4);
-            has_output = has_output || role.use == ImageUse::output;
+            has_output = has_output || role.is_output();
         }
         EXPECT_TRUE(has_output);
         EXPECT_EQ(effect->images_size, effect->images.size() * sizeof(Image)) << "an image without a role";

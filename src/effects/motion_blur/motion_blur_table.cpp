@@ -174,6 +174,7 @@ constexpr EffectInfo motion_blur_effect = {
     &motion_blur_table,
     roles,
     sizeof(MotionBlurImages),
+    false,
     [](const Frame& frame, const void* parameters, const void* images) {
         return plan_motion_blur(frame, *static_cast<const MotionBlurParameters*>(parameters),
                                 *static_cast<const MotionBlurImages*>(images));

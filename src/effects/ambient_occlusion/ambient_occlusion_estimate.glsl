@@ -1,0 +1,228 @@
+// One estimate of the visibility at every pixel of the working resolution.
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(constant_id = 3) const uint kind = 3; // obscurance, hbao, cosine, bitmask
+layout(constant_id = 4) const uint falloff_kind = 0;
+layout(constant_id = 5) const uint pattern = 1;
+layout(constant_id = 6) const uint taps = 9;
+layout(constant_id = 7) const uint slices = 2;
+layout(constant_id = 8) const uint steps = 6;
+layout(constant_id = 9) const uint normalisation = 0;
+layout(constant_id = 10) const uint noise_kind = 1;
+layout(constant_id = 11) const uint iterations = 1;
+layout(constant_id = 12) const uint mip_mode = 1;
+layout(constant_id = 13) const int normal_encoding = 0; // 0: derived from depth
+layout(constant_id = 14) const bool endless = false;    // thickness
+layout(constant_id = 15) const bool has_shadow = false;
+layout(constant_id = 16) const bool want_bent_normal = false;
+layout(constant_id = 17) const bool test_occluders = false;
+layout(constant_id = 18) const bool even_steps = true;
+
+layout(constant_id = 20) const uint view = 0; // none, depth, normal, mip, radius
+
+layout(set = 0, binding = 0) uniform sampler2D pyramid;
+layout(set = 0, binding = 1) uniform sampler2D normal_image;
+layout(set = 0, binding = 2) uniform sampler2D shadow_image;
+layout(set = 0, binding = 3) uniform usampler2D history;
+layout(set = 0, binding = 4) uniform writeonly uimage2D signal_image;
+layout(set = 0, binding = 5) uniform writeonly image2D bent_image;
+
+const float pi = 3.14159265358979;
+const float working_pixel = half_resolution ? 2.0 : 1.0; // in pixels of the full resolution
+
+// The full-resolution pixel, at its middle, that a texel of the pyramid was taken from.
+vec2 pixel_of(ivec2 q, int m, float z) {
+    if (mip_mode == 2 && m > 0)
+        return (vec2(q) + 0.5) * float(1 << m) * working_pixel;
+    const ivec2 base = rotated_base(q, m);
+    return vec2(half_resolution ? 2 * base + choice_of(z) : base) + 0.5;
+}
+
+struct Centre {
+    vec2 pixel; // at full resolution
+    vec3 p; // view position
+    vec3 n; // normal
+    vec3 v; // towards the eye
+    float radius;        // scene units
+    float radius_pixels; // vertically, at full resolution
+};
+
+// Per axis the shorter of the two one-sided differences: the other may cross an edge.
+vec3 derived_normal(ivec2 p, vec3 centre) {
+    vec3 difference[2];
+    for (int axis = 0; axis < 2; ++axis) {
+        const ivec2 unit = axis == 0 ? ivec2(1, 0) : ivec2(0, 1);
+        const ivec2 last = ivec2(constants.working_size) - 1;
+        vec3 best = vec3(0);
+        float shortest = 3e38;
+        for (int sign = -1; sign <= 1; sign += 2) {
+            const ivec2 q = p + sign * unit;
+            if (any(lessThan(q, ivec2(0))) || any(greaterThan(q, last)))
+                continue;
+            const float z = texelFetch(pyramid, q, 0).x;
+            const vec3 d = float(sign) * (view_position(pixel_of(q, 0, z), z) - centre);
+            if (!is_pyramid_sky(z) && abs(d.z) < shortest) {
+                shortest = abs(d.z);
+                best = d;
+            }
+        }
+        difference[axis] = best;
+    }
+    const vec3 n = cross(difference[1], difference[0]);
+    const float squared = dot(n, n);
+    return squared > 0.0 && is_finite(squared) ? n * inversesqrt(squared) : vec3(0, 0, 1);
+}
+
+Centre make_centre(ivec2 p, float z) {
+    Centre c;
+    const vec2 pixel = pixel_of(p, 0, z);
+    c.pixel = pixel;
+    const float pulled = z * (1.0 - constants.depth_bias);
+    const vec3 position = view_position(pixel, z);
+    c.p = view_position(pixel, pulled);
+    c.v = perspective ? -normalize(position) : vec3(0, 0, 1);
+    bool found = false;
+    if (normal_encoding != 0) {
+        c.n = decode_normal(texelFetch(normal_image, scaled(ivec2(pixel), constants.normal_ratio), 0), normal_encoding);
+        const float squared = dot(c.n, c.n);
+        found = squared > 0.01 && is_finite(squared);
+        c.n *= inversesqrt(max(squared, 0.01));
+    }
+    if (!found)
+        c.n = derived_normal(p, position);
+    // Interpolated normals may face away at silhouettes.
+    const float facing = dot(c.n, c.v);
+    if (facing < 0.01)
+        c.n = normalize(c.n + (0.01 - facing) * c.v);
+    c.radius_pixels = constants.radius * constants.pixels / (perspective ? pulled : 1.0);
+    c.radius = constants.radius * min(1.0, constants.radius_limit / c.radius_pixels);
+    c.radius_pixels = min(c.radius_pixels, constants.radius_limit);
+    return c;
+}
+
+bool on_screen(vec2 at) {
+    return all(greaterThanEqual(at, vec2(0))) && all(lessThan(at, constants.size));
+}
+
+// The position seen at `at`, from the level that suits a tap so many pixels away. Infinite for sky.
+vec3 tap_position(vec2 at, float away) {
+    int m = 0;
+    if (mip_mode != 0)
+        m = clamp(int(floor(log2(away / working_pixel) - constants.mip_rate)), 0, last_mip);
+    const ivec2 q = ivec2(at / working_pixel) >> m;
+    const float z = texelFetch(pyramid, q, m).x;
+    return view_position(pixel_of(q, m, z), z);
+}
+
+float falloff(float t) {
+    t = min(t, 1.0);
+    switch (falloff_kind) {
+    case 0: return t < 1.0 ? 1.0 : 0.0;
+    case 1: return 1.0 - t;
+    case 2: return 1.0 - t * t;
+    case 3: return (1.0 - t * t) * (1.0 - t * t) * (1.0 - t * t);
+    case 4: return (1.0 - t) * (1.0 - t);
+    default: return 1.0 - t * t * t * t;
+    }
+}
+
+// Turn and offset of the pattern, both 0…1. `blocks` holds all 16 pairs in any 4×4 pixels.
+vec2 pattern_noise(ivec2 p, uint iteration) {
+    const float number = float(iteration);
+    if (noise_kind == 0)
+        return fract(vec2(0.0, 0.5) + number * vec2(0.75487767, 0.56984029));
+    if (noise_kind == 1) {
+        const vec2 at = vec2(p) + constants.noise_shift + 5.588238 * number;
+        return vec2(gradient_noise(at), gradient_noise(at + vec2(31, 71)));
+    }
+    if (noise_kind == 2) {
+        // McGuire et al. 2012: (3x xor (y + xy)) * 10 radians.
+        const float turn = float(((3 * p.x) ^ (p.y + p.x * p.y)) & 0xffff) * (10.0 / (2.0 * pi));
+        return fract(vec2(turn, turn * 1.61803399) + (number + constants.block_shift) * vec2(0.75487767, 0.56984029));
+    }
+    const int x = p.x & 3, y = p.y & 3;
+    const int order = ((x ^ y) & 1) * 8 + (y & 1) * 4 + (((x ^ y) >> 1) & 1) * 2 + (y >> 1);
+    const vec2 pair = vec2(float(order) / 16.0, (float((order * 7 + 3) & 15) + 0.5) / 16.0);
+    return fract(pair + (number + constants.block_shift) * vec2(0.75487767, 0.56984029));
+}
+
+// What the taps add up to.
+struct Sum {
+    float visible; // weighted share of the sky that is open
+    float weight;
+    vec3 hidden; // directions of what hides, by its share
+    float danger; // share hidden by things that were elsewhere in the previous frame
+};
+
+// Whether what is at `p` was seen there in the previous frame: an occluder that moved leaves a trail of wrong history.
+bool was_there(vec3 p) {
+    const vec4 before = constants.previous_view_from_view * vec4(p, 1);
+    const vec4 clip = constants.previous_projection * before;
+    const vec2 at = (clip.xy / clip.w * 0.5 + 0.5) * constants.working_size;
+    if (!(clip.w > 0.0) || any(lessThan(at, vec2(0))) || any(greaterThanEqual(at, constants.working_size)))
+        return false;
+    const float w = uintBitsToFloat(texelFetch(history, ivec2(at), 0).x & ~31u);
+    return w != 0.0 && abs(depth_of_planar(w) + before.z) * constants.history_position < 1.0;
+}
+
+#include "ambient_occlusion_obscurance.glsl"
+#include "ambient_occlusion_horizon.glsl"
+
+// Grey values that show the inside of the estimate.
+float shown(Centre c, float z) {
+    if (view == 1)
+        return constants.radius / (constants.radius + 0.1 * z);
+    if (view == 2) // lit from the upper left
+        return 0.5 + 0.5 * dot(c.n, vec3(-0.57735027, 0.57735027, 0.57735027));
+    if (view == 3)
+        return clamp(log2(c.radius_pixels / working_pixel) - constants.mip_rate, 0.0, float(last_mip)) / float(last_mip);
+    return clamp(c.radius_pixels / constants.size.y, 0.0, 1.0);
+}
+
+Signal estimate(ivec2 p, float z, out vec3 bent) {
+    const Centre c = make_centre(p, z);
+    if (view != 0) {
+        bent = c.n;
+        return Signal(shown(c, z), planar(z), 1.0, 0.0);
+    }
+    Sum sum = Sum(0.0, 0.0, vec3(0), 0.0);
+    for (uint i = 0; i < iterations; ++i) {
+        if (kind == 0)
+            add_obscurance(c, pattern_noise(p, i), sum);
+        else
+            add_horizons(c, pattern_noise(p, i), sum);
+    }
+    Signal s;
+    float visibility = sum.weight > 0.0 ? sum.visible / sum.weight : 1.0;
+    // The cosine-weighted mean of all directions is 2/3 of the normal.
+    bent = c.n * (2.0 / 3.0) - (sum.weight > 0.0 ? sum.hidden / sum.weight : vec3(0));
+    const float length_squared = dot(bent, bent);
+    bent = length_squared > 1e-6 ? bent * inversesqrt(length_squared) : c.n;
+    // A radius below a pixel finds nothing but rounding: it fades out.
+    visibility = mix(1.0, visibility, clamp((c.radius_pixels / working_pixel - 1.0) * 0.5, 0.0, 1.0));
+    s.visibility = visibility;
+    s.w = planar(z);
+    s.shadow = 1.0;
+    s.count = sum.weight > 0.0 ? clamp(sum.danger / sum.weight * 124.0, 0.0, 31.0) : 0.0;
+    return s;
+}
+
+void main() {
+    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(vec2(p), constants.working_size)))
+        return;
+    const float z = texelFetch(pyramid, p, 0).x;
+    const vec2 pixel = pixel_of(p, 0, z);
+    Signal s = Signal(1.0, 0.0, 1.0, 0.0);
+    vec3 bent = vec3(0, 0, 1);
+    const bool in_guard_band = any(lessThan(pixel, vec2(constants.guard_band))) ||
+                               any(greaterThan(pixel, constants.size - constants.guard_band));
+    if (!is_pyramid_sky(z) && !in_guard_band)
+        s = estimate(p, z, bent);
+    if (has_shadow)
+        s.shadow = clamp(sane(texelFetch(shadow_image, scaled(ivec2(pixel), constants.shadow_ratio), 0).x), 0.0, 1.0);
+    imageStore(signal_image, p, uvec4(pack_signal(s), 0, 0));
+    if (want_bent_normal)
+        imageStore(bent_image, p, vec4(bent, s.w));
+}
