@@ -100,6 +100,7 @@ struct SceneInfo {
     int frames = 24;
     int key_frame = 12; // the frame that shows the scene best
     double frames_per_second = 24.0;
+    std::vector<std::string> effects = {"motion-blur"}; // that are measured on it unless scenes are named
 };
 
 // At most 64 primitives and 16 materials.
@@ -113,6 +114,7 @@ struct Scene {
 
 // The built-in scenes, a general one first.
 std::span<const Scene> scenes();
+bool is_for(const SceneInfo& info, std::string_view effect);
 const Scene* find_scene(std::string_view name); // nullptr if there is none
 
 // The upper three rows of the matrix from local to world space, row by row.

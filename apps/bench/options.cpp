@@ -56,7 +56,8 @@ void add_common(CLI::App& app, Options& options, Texts& texts) {
     app.add_option("--vary", options.variants.varied, "EFFECT.PARAMETER=VALUE,VALUE...: a row for each combination")
         ->take_all()
         ->allow_extra_args(false);
-    app.add_option("--scene", options.scenes, "Analytic scenes; all if not given, 'none' for files alone")
+    app.add_option("--scene", options.scenes,
+                   "Analytic scenes; those made for the effect if not given, 'none' for files alone")
         ->delimiter(',');
     app.add_option("--input-raw", options.raw_files, "A frame rendered elsewhere, as exr_to_raw.py writes it")
         ->take_all()

@@ -14,7 +14,7 @@ namespace sfumato::bench {
 struct Options {
     std::string command; // "times", "quality", "frontier", "tune", "list"
     VariantRequest variants;
-    std::vector<std::string> scenes; // none: all
+    std::vector<std::string> scenes; // none: those that are for the effect
     std::vector<std::string> raw_files;
     std::vector<std::string> opted_in; // roles that are bound only where asked for
     std::vector<Extent> sizes;         // of times; none: the command's own
