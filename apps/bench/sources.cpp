@@ -17,6 +17,8 @@ constexpr PlaneInfo plane_list[] = {
     {"next_velocity", VK_FORMAT_R16G16_SFLOAT, 2, &scene::SceneImages::next_velocity},
     {"shadow", VK_FORMAT_R16_SFLOAT, 1, &scene::SceneImages::shadow},
     {"truth", VK_FORMAT_R32G32B32A32_SFLOAT, 4, &scene::SceneImages::truth},
+    {"true_visibility", VK_FORMAT_R32_SFLOAT, 1, &scene::SceneImages::true_visibility},
+    {"true_bent_normal", VK_FORMAT_R32G32B32A32_SFLOAT, 4, &scene::SceneImages::true_bent_normal},
 };
 
 class SceneSource : public Source {
