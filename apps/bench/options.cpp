@@ -79,6 +79,8 @@ void add_timing(CLI::App& app, Options& options, Texts& texts) {
 void add_quality(CLI::App& app, Options& options, Texts& texts) {
     app.add_option("--subframes", options.sub_frames, "Sub-frames of the ground truth; 128 (32 on a CPU)")
         ->check(CLI::Range(2, 256));
+    app.add_option("--rays", options.rays, "Rays a pixel of the ground truth of occlusion; 1024 (128 on a CPU)")
+        ->check(CLI::Range(1, 65536));
     app.add_flag("--no-ssim", texts.no_ssim, "Leaves out structural similarity, the slow figure");
 }
 

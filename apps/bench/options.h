@@ -21,6 +21,7 @@ struct Options {
     std::optional<Extent> quality_size;
     int frames = 0;     // 0: by the device
     int sub_frames = 0; // 0: by the device
+    int rays = 0;       // 0: by the device
     int samples = 2;    // a side, of each pixel
     int batch = 0;      // 0: by the device
     double warm_up = 0.3;

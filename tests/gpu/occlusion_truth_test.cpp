@@ -40,12 +40,16 @@ class OcclusionTruthTest : public GpuTest {
         images.normal = normal.image();
         images.true_visibility = visibility.image();
         images.true_bent_normal = bent.image();
+        render(scene, images, occlusion, frame);
+        return {test::read_back(visibility), test::read_back(bent), test::read_back(depth), test::read_back(normal)};
+    }
+
+    void render(const Scene& scene, const SceneImages& images, const OcclusionTruth& occlusion, double frame) {
         RenderOptions options;
         options.occlusion = occlusion;
         test::run_commands([&](VkCommandBuffer commands) {
             test::expect_done(renderer_->record(commands, scene, frame, options, images, index_++), "record");
         });
-        return {test::read_back(visibility), test::read_back(bent), test::read_back(depth), test::read_back(normal)};
     }
 
     apps::HostImage make(VkFormat format, Extent extent) {
@@ -90,6 +94,19 @@ Point point_at(const Camera& camera, uint32_t x, uint32_t y, double depth, Exten
         for (size_t row = 0; row < 3; ++row)
             world[axis] += m(axis * 4 + row) * (view[row] - m(12 + row));
     return {world[0], world[1], world[2]};
+}
+
+// Where it is in the image, in pixels, by the camera's matrices alone.
+Point seen(const Camera& camera, const Point& point, Extent extent) {
+    const auto multiply = [](const Matrix4& m, const std::array<double, 4>& v) {
+        std::array<double, 4> result{};
+        for (size_t row = 0; row < 4; ++row)
+            for (size_t column = 0; column < 4; ++column)
+                result[row] += static_cast<double>(m[column * 4 + row]) * v[column];
+        return result;
+    };
+    const auto clip = multiply(camera.projection, multiply(camera.world_to_view, {point.x, point.y, point.z, 1.0}));
+    return {(clip[0] / clip[3] * 0.5 + 0.5) * extent.width, (clip[1] / clip[3] * 0.5 + 0.5) * extent.height, 0.0};
 }
 
 double falloff(Falloff kind, double t) {
@@ -378,6 +395,37 @@ TEST_F(OcclusionTruthTest, depth_images_follow_the_projection) {
             EXPECT_GT(sky, 0u);
             EXPECT_LT(sky, linear.depth.values.size());
         }
+}
+
+TEST_F(OcclusionTruthTest, velocities_are_those_of_every_lens) {
+    const Extent extent{64, 36};
+    for (const double height : {0.0, 5.0}) {
+        Scene scene = *find_scene("columns"); // nothing moves but the camera
+        scene.camera.pan = 1.5;
+        scene.camera.lens = {.orthographic_height = height, .shift_x = 0.15, .shift_y = -0.1};
+        const double key = scene.info.key_frame;
+        const apps::HostImage depth = make(VK_FORMAT_R32_SFLOAT, extent);
+        const apps::HostImage velocity = make(VK_FORMAT_R32G32_SFLOAT, extent);
+        SceneImages images;
+        images.depth = depth.image();
+        images.velocity = velocity.image();
+        render(scene, images, {}, key);
+        const FloatImage depths = test::read_back(depth), velocities = test::read_back(velocity);
+        const Camera now = camera(scene, key, extent), before = camera(scene, key - 1, extent);
+        double most = 0.0;
+        for (uint32_t y = 0; y < extent.height; ++y)
+            for (uint32_t x = 0; x < extent.width; ++x) {
+                if (*depths.at(x, y) > 50.0f)
+                    continue;
+                const Point p = point_at(now, x, y, static_cast<double>(*depths.at(x, y)), extent);
+                const Point old = seen(before, p, extent);
+                const double dx = x + 0.5 - old.x, dy = y + 0.5 - old.y;
+                EXPECT_NEAR(static_cast<double>(velocities.at(x, y)[0]), dx, 2e-3);
+                EXPECT_NEAR(static_cast<double>(velocities.at(x, y)[1]), dy, 2e-3);
+                most = std::max(most, std::abs(dx));
+            }
+        EXPECT_GT(most, 0.5);
+    }
 }
 
 TEST(OcclusionTruth, refuses_nonsense_with_a_sentence) {
