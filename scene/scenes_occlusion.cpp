@@ -139,7 +139,7 @@ Scene contact() {
     scene.primitives = {
         ground(floor),
         standing({8, 1.5, 0.2}, wall, 0, 0, -3.2),
-        rolling(0.32, ball, {0.1, 0.32, 1.0}, 0.11),
+        rolling(0.32, ball, {0.1, 0.32, 1.25}, 0.11),
         still(Shape::sphere, {0.4, 0, 0}, stone, {-1.9, 0.4, -0.3}),
         still(Shape::sphere, {0.4, 0, 0}, stone, {-0.85, 0.45, -1.1}), // hovers 5 cm
         still(Shape::sphere, {0.4, 0, 0}, stone, {0.3, 0.7, -1.3}),    // hovers 30 cm
