@@ -17,34 +17,7 @@ layout(set = 1, binding = 0, std140) uniform Constants {
 };
 #include "ray_cast.glsl"
 #include "surface.glsl"
-
-// View-space direction through a point of the image in pixels; z is -1, so that t along it is the view depth.
-vec3 view_direction(vec2 place) {
-    vec2 ndc = place / scene.lens.zw * 2.0 - 1.0;
-    return vec3(ndc.x * scene.lens.x, -ndc.y * scene.lens.y, -1.0);
-}
-
-struct Surface {
-    uint index;
-    float depth;
-    vec3 position;       // world
-    vec3 local_position; // on the primitive
-    vec3 local_normal;
-    vec3 normal; // world, towards the camera
-};
-
-Surface surface_at(Hit hit, vec3 direction) {
-    Surface s;
-    s.index = hit.index;
-    s.depth = hit.t;
-    s.position = scene.eye.xyz + hit.t * direction;
-    s.local_position = to_local_direction(hit.index, s.position - primitive_position(hit.index));
-    s.local_normal = local_normal(hit.index, s.local_position);
-    s.normal = to_world_direction(hit.index, s.local_normal);
-    if (dot(s.normal, direction) > 0.0)
-        s.normal = -s.normal;
-    return s;
-}
+#include "view.glsl"
 
 // Share of the sun's light that arrives, without its colour: cosine × shadow.
 float sun_light(Surface s) {
@@ -52,7 +25,7 @@ float sun_light(Surface s) {
     if (cosine <= 0.0)
         return 0.0;
     // The offset grows with depth, as the rounding of the hit point does.
-    return cosine * cast_shadow(s.position + s.normal * (1e-3 + 1e-4 * s.depth), scene.sun.xyz);
+    return cosine * cast_shadow(s.position + s.normal * (1e-3 * scene.frustum.w + 1e-4 * s.depth), scene.sun.xyz);
 }
 #endif
 
@@ -60,18 +33,21 @@ float sun_light(Surface s) {
 layout(set = 0, binding = 0) uniform writeonly image2D direct_image;
 layout(set = 0, binding = 1) uniform writeonly image2D ambient_image;
 
-void shade(vec3 direction, inout vec3 direct, inout vec3 ambient) {
-    Hit hit = cast_ray(scene.eye.xyz, direction, 1e-3);
+void shade(Ray ray, inout vec3 direct, inout vec3 ambient) {
+    Hit hit = camera_hit(ray);
     if (hit.t >= SCENE_SKY_DEPTH) {
-        direct += sky_colour(direction);
+        direct += sky_colour(ray.direction);
         return;
     }
-    Surface s = surface_at(hit, direction);
+    Surface s = surface_at(hit, ray);
     uint material = scene.primitives[s.index].material;
     // Width of the pixel on the surface, longer where the surface is seen at a flat angle.
     float pixel = 2.0 * scene.lens.y / scene.lens.w;
-    float cosine = max(-dot(s.normal, normalize(direction)), 0.1);
-    vec3 colour = surface_colour(material, s.local_position, s.local_normal, s.depth * pixel / sqrt(cosine));
+    float cosine = max(-dot(s.normal, normalize(ray.direction)), 0.1);
+    float footprint = (is_orthographic() ? 1.0 : s.depth) * pixel / sqrt(cosine);
+    // Patterns count in metres.
+    float metre = scene.frustum.w;
+    vec3 colour = surface_colour(material, s.local_position / metre, s.local_normal, footprint / metre);
     float emission = scene.materials[material].colour_b.w;
     direct += colour * (scene.sun_colour.rgb * sun_light(s) + emission);
     ambient += colour * mix(scene.ambient_down.rgb, scene.ambient_up.rgb, 0.5 + 0.5 * s.normal.y);
@@ -82,13 +58,12 @@ void main() {
     ivec2 size = imageSize(direct_image);
     if (any(greaterThanEqual(pixel, size)))
         return;
-    mat3 to_world = transpose(mat3(scene.view));
     vec3 direct = vec3(0.0);
     vec3 ambient = vec3(0.0);
     uint count = scene.samples * scene.samples;
     for (uint i = 0u; i < count; ++i) {
         vec2 offset = (vec2(i % scene.samples, i / scene.samples) + 0.5) / float(scene.samples);
-        shade(to_world * view_direction(vec2(pixel) + offset), direct, ambient);
+        shade(camera_ray(vec2(pixel) + offset), direct, ambient);
     }
     imageStore(direct_image, pixel, vec4(direct / float(count), 1.0));
     imageStore(ambient_image, pixel, vec4(ambient / float(count), 0.0));
@@ -144,10 +119,10 @@ layout(set = 0, binding = 2) uniform writeonly image2D velocity_image;
 layout(set = 0, binding = 3) uniform writeonly image2D next_velocity_image;
 layout(set = 0, binding = 4) uniform writeonly image2D shadow_image;
 
-// Pixels from the middle of the image, of a view-space point before the camera. Behind it there is no such place: a
-// point that was or will be there moves along its line of sight to just before the camera.
+// Pixels from where the camera's axis meets the image, of a view-space point before the camera. Behind it there is no
+// such place: a point that was or will be there moves along its line of sight to just before the camera.
 vec2 project(vec3 view_position, float depth_now) {
-    float depth = max(-view_position.z, 0.02 * depth_now);
+    float depth = is_orthographic() ? 1.0 : max(-view_position.z, 0.02 * depth_now);
     return vec2(view_position.x, -view_position.y) / (depth * scene.lens.xy) * scene.lens.zw * 0.5;
 }
 
@@ -157,6 +132,16 @@ vec3 view_position(mat4 view, vec3 world, float w) {
 
 vec3 moved(vec4 x, vec4 y, vec4 z, vec3 local) {
     return vec3(dot(x.xyz, local) + x.w, dot(y.xyz, local) + y.w, dot(z.xyz, local) + z.w);
+}
+
+// Linear, or what the projection's matrix makes of it.
+float depth_value(float t) {
+    if ((scene.flags & SCENE_DEVICE_DEPTH) == 0u)
+        return t;
+    if (t >= SCENE_SKY_DEPTH)
+        return scene.depth_range.z;
+    float z = scene.depth_range.y - scene.depth_range.x * t;
+    return clamp(is_orthographic() ? z : scene.depth_range.y / t - scene.depth_range.x, 0.0, 1.0);
 }
 
 void store(ivec2 pixel, float depth, vec3 normal, vec2 velocity, vec2 next_velocity, float shadow) {
@@ -171,12 +156,12 @@ void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(pixel, imageSize(depth_image))))
         return;
-    vec3 direction = transpose(mat3(scene.view)) * view_direction(vec2(pixel) + 0.5);
-    Hit hit = cast_ray(scene.eye.xyz, direction, 1e-3);
+    Ray ray = camera_ray(vec2(pixel) + 0.5);
+    Hit hit = camera_hit(ray);
     // The sky is at infinity (w = 0): only the camera's rotation moves it.
-    vec3 before = direction;
-    vec3 after = direction;
-    vec3 here = direction;
+    vec3 before = ray.direction;
+    vec3 after = ray.direction;
+    vec3 here = ray.direction;
     float w = 0.0;
     float depth = 1.0;
     bool stood = (scene.flags & SCENE_SKY_STILL_PREVIOUS) != 0u;
@@ -184,7 +169,7 @@ void main() {
     vec3 normal = vec3(0.0);
     float shadow = 1.0;
     if (hit.t < SCENE_SKY_DEPTH) {
-        Surface s = surface_at(hit, direction);
+        Surface s = surface_at(hit, ray);
         uint i = s.index;
         bool primitive_stood = (scene.primitives[i].flags & PRIMITIVE_STILL_PREVIOUS) != 0u;
         bool primitive_stays = (scene.primitives[i].flags & PRIMITIVE_STILL_NEXT) != 0u;
@@ -206,6 +191,6 @@ void main() {
     // Exactly zero where nothing moves, whatever the rounding.
     vec2 velocity = stood ? vec2(0.0) : now - project(view_position(scene.previous_view, before, w), depth);
     vec2 next_velocity = stays ? vec2(0.0) : project(view_position(scene.next_view, after, w), depth) - now;
-    store(pixel, hit.t, normal, velocity, next_velocity, shadow);
+    store(pixel, depth_value(hit.t), normal, velocity, next_velocity, shadow);
 }
 #endif

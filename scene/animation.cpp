@@ -2,6 +2,8 @@
 #include "scene/scene.h"
 #include "scene/vec3.h"
 
+#include <utility>
+
 namespace sfumato::scene {
 namespace {
 
@@ -9,8 +11,38 @@ double wave(double time, double period, double phase) {
     return std::sin(2.0 * std::numbers::pi * (time / period + phase));
 }
 
-// Near plane of the projection in metres. Nothing is clipped by it: linear depth is what the scene gives.
-constexpr double near_plane = 0.05;
+// Elements 10 and 14 of a projection: view depth t becomes [14] - [10] t, divided by t if perspective.
+std::pair<double, double> depth_elements(const Lens& lens, bool orthographic) {
+    const double n = lens.near_plane, f = lens.far_plane, length = f - n;
+    if (lens.range == DepthRange::standard)
+        return orthographic ? std::pair{-1.0 / length, -n / length} : std::pair{-f / length, -n * f / length};
+    if (orthographic)
+        return {1.0 / length, f / length};
+    if (lens.range == DepthRange::reversed)
+        return {n / length, n * f / length};
+    return {0.0, n};
+}
+
+Matrix4 projection(const CameraMotion& motion, Extent extent) {
+    const Lens& lens = motion.lens;
+    const bool orthographic = lens.orthographic_height > 0.0;
+    const double focal =
+        orthographic ? 2.0 / lens.orthographic_height : 1.0 / std::tan(radians(motion.view_angle) / 2.0);
+    const double aspect = static_cast<double>(extent.width) / extent.height;
+    const auto [scale, offset] = depth_elements(lens, orthographic);
+    // Perspective divides by -z, so that the third column shifts; orthographic shifts by the fourth.
+    const size_t shift = orthographic ? 12 : 8;
+    const double sign = orthographic ? -2.0 : 2.0;
+    Matrix4 result = {};
+    result[0] = static_cast<float>(focal / aspect);
+    result[5] = static_cast<float>(-focal);
+    result[shift] = static_cast<float>(sign * lens.shift_x);
+    result[shift + 1] = static_cast<float>(-sign * lens.shift_y);
+    result[10] = static_cast<float>(scale);
+    result[14] = static_cast<float>(offset);
+    result[orthographic ? 15 : 11] = orthographic ? 1.0f : -1.0f;
+    return result;
+}
 
 } // namespace
 
@@ -47,13 +79,7 @@ Camera camera(const Scene& scene, double frame, Extent extent) {
     set_row(0, right);
     set_row(1, up);
     set_row(2, back);
-    const double focal = 1.0 / std::tan(radians(motion.view_angle) / 2.0);
-    const double aspect = static_cast<double>(extent.width) / extent.height;
-    result.projection = {};
-    result.projection[0] = static_cast<float>(focal / aspect);
-    result.projection[5] = static_cast<float>(-focal);
-    result.projection[11] = -1.0f;
-    result.projection[14] = static_cast<float>(near_plane);
+    result.projection = projection(motion, extent);
     return result;
 }
 
@@ -64,7 +90,22 @@ Frame frame_facts(const Scene& scene, int frame, Extent extent) {
     facts.camera = camera(scene, frame, extent);
     facts.previous_camera = camera(scene, frame - 1, extent);
     facts.next_camera = camera(scene, frame + 1, extent);
+    facts.depth_kind = scene.camera.lens.depth_kind;
     return facts;
+}
+
+Scene in_units(Scene scene, double units_per_metre) {
+    const double factor = units_per_metre / scene.units_per_metre;
+    const auto scale = [&](auto&... lengths) { ((lengths = lengths * factor), ...); };
+    CameraMotion& view = scene.camera;
+    scale(view.eye, view.eye_velocity, view.target, view.target_velocity, view.lens.orthographic_height,
+          view.lens.near_plane, view.lens.far_plane);
+    for (Primitive& primitive : scene.primitives) {
+        Motion& motion = primitive.motion;
+        scale(primitive.size, motion.pivot, motion.velocity, motion.swing, motion.offset);
+    }
+    scene.units_per_metre = units_per_metre;
+    return scene;
 }
 
 } // namespace sfumato::scene

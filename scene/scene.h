@@ -8,6 +8,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -74,6 +75,24 @@ struct Primitive {
     bool casts_shadow = true;
 };
 
+enum class DepthRange {
+    reversed_infinite, // 1 at the near plane, 0 at infinity; an orthographic projection has it as `reversed`
+    reversed,          // 1 at the near plane, 0 at the far plane
+    standard,          // 0 at the near plane, 1 at the far plane
+};
+
+// The kind of projection, and what depth images hold.
+struct Lens {
+    double orthographic_height = 0.0; // above 0: orthographic, metres from the image's lower edge to the upper
+    // Off-centre: the camera's axis meets the image this share of its width left of its middle, of its height below it.
+    double shift_x = 0.0;
+    double shift_y = 0.0;
+    DepthRange range = DepthRange::reversed_infinite;
+    double near_plane = 0.05; // metres; sets the depth range alone, nothing is cut off by it
+    double far_plane = 100.0; // metres; of the finite ranges, which show the sky beyond it
+    DepthKind depth_kind = DepthKind::linear;
+};
+
 // Looks from eye to target with y up, both moving in a straight line, then pans about the vertical through the eye.
 struct CameraMotion {
     Vec3 eye = {};
@@ -82,6 +101,7 @@ struct CameraMotion {
     Vec3 target_velocity = {};
     double pan = 0.0;         // degrees a frame, positive to the left
     double view_angle = 40.0; // vertical, degrees
+    Lens lens = {};
 };
 
 struct Light {
@@ -100,6 +120,7 @@ struct SceneInfo {
     int frames = 24;
     int key_frame = 12; // the frame that shows the scene best
     double frames_per_second = 24.0;
+    std::vector<std::string> effects = {"motion-blur"}; // that are measured on it unless scenes are named
 };
 
 // At most 64 primitives and 16 materials.
@@ -109,21 +130,26 @@ struct Scene {
     Light light;
     std::vector<Material> materials;
     std::vector<Primitive> primitives;
+    double units_per_metre = 1.0; // of all lengths in this struct, see in_units
 };
+
+// The scene with all lengths in another unit: 100 a metre gives centimetres. The pictures stay as they are.
+Scene in_units(Scene scene, double units_per_metre);
 
 // The built-in scenes, a general one first.
 std::span<const Scene> scenes();
+bool is_for(const SceneInfo& info, std::string_view effect);
 const Scene* find_scene(std::string_view name); // nullptr if there is none
 
 // The upper three rows of the matrix from local to world space, row by row.
 using Pose = std::array<double, 12>;
 Pose pose_at(const Motion& motion, double time);
 
-// Times are in frames: 12.25 is a quarter of a frame after frame 12. The projection is perspective with reversed,
-// infinite depth.
+// Times are in frames: 12.25 is a quarter of a frame after frame 12. The projection is the one that scene.camera.lens
+// asks for.
 Camera camera(const Scene& scene, double frame, Extent extent);
 
-// The facts of a frame for the effects: linear depth, current, previous and next camera.
+// The facts of a frame for the effects: kind of depth, current, previous and next camera.
 Frame frame_facts(const Scene& scene, int frame, Extent extent);
 
 // Linear depth where nothing was hit.
@@ -134,16 +160,19 @@ struct SceneImages {
     Image colour;        // rgb, alpha 1: direct + ambient
     Image direct;        // rgb: sunlight with hard shadows, emission, sky
     Image ambient;       // rgb: unoccluded ambient light, to be multiplied with ambient visibility
-    Image depth;         // linear view depth, sky_depth at the sky
+    Image depth;         // linear view depth, sky_depth at the sky; or 0…1, see Lens::depth_kind
     Image normal;        // view space, unit, towards the camera; zero at the sky
     Image velocity;      // pixels a frame, current minus previous, +x right, +y down
     Image next_velocity; // next minus current
     Image shadow;        // 1 where sunlight arrives, 0 where it does not
     Image truth;         // colour with true motion blur
+    // Ray-traced ambient occlusion at pixels' centres, see OcclusionTruth.
+    Image true_visibility = {};  // 1 open, 0 blocked; 1 at the sky
+    Image true_bent_normal = {}; // rgb: mean open direction, view space, unit; zero at the sky. a: visibility
 };
 
 // In the order in which the plan numbers them.
-std::array<Image, 9> host_images(const SceneImages& images);
+std::array<Image, 11> host_images(const SceneImages& images);
 
 enum class ShutterPosition {
     start,  // open from the frame's time on
@@ -159,11 +188,34 @@ struct Shutter {
     double (*curve)(double) = nullptr; // weight at 0…1 of the open time, ≥ 0; nullptr: box
 };
 
+// What an occluder takes away at t = distance / radius, 0 ≤ t < 1.
+enum class Falloff : uint32_t {
+    hard,      // 1
+    linear,    // 1 - t
+    quadratic, // 1 - t²
+    sao,       // (1 - t²)³
+    contact,   // (1 - t)²
+    wide,      // 1 - t⁴
+};
+
+std::span<const char* const> falloff_names(); // in the order of the enumerators
+std::optional<Falloff> find_falloff(std::string_view name);
+
+// Ground truth: visibility is 1 less the mean falloff of the nearest hit within the radius, over rays about the normal
+// with a cosine's weight. Everything occludes, whether it casts a shadow or not, and also what the camera does not see.
+struct OcclusionTruth {
+    double radius = 1.5; // scene units
+    Falloff falloff = Falloff::hard;
+    int rays = 256;    // a pixel, 1…65536
+    uint32_t seed = 0; // another one gives an independent truth
+};
+
 struct RenderOptions {
     // Colour samples a side of a grid in each pixel, 1…8, in sharp frames and truth alike. The other images are sampled
     // at the pixel's centre.
     int samples = 2;
     Shutter shutter; // of the truth
+    OcclusionTruth occlusion = {};
 };
 
 // The passes that fill in the images that are present. A pure function. Errors (invalid_argument): too many primitives

@@ -1,10 +1,11 @@
 // The passes of a scene's frame and of its ground truth.
 #include "scene/scene.h"
-#include "scene/scene_shared.h"
-#include "scene/vec3.h"
+#include "scene/scene_constants.h"
 #include "shaders/analytic_scene.h"
+#include "shaders/occlusion_truth.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -13,103 +14,9 @@ namespace {
 
 using shared::SceneConstants;
 namespace code = sfumato::shaders::analytic_scene;
+namespace occlusion_code = sfumato::shaders::occlusion_truth;
 
-static_assert(sizeof(SceneConstants) <= 16384, "Vulkan promises no larger uniform block");
-
-shared::vec4 vec4_of(Vec3 v, double w = 0.0) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z), static_cast<float>(w)};
-}
-
-void copy_pose(const Pose& pose, shared::vec4 (&rows)[3]) {
-    for (size_t row = 0; row < 3; ++row)
-        rows[row] = vec4_of({pose[row * 4], pose[row * 4 + 1], pose[row * 4 + 2]}, pose[row * 4 + 3]);
-}
-
-shared::mat4 mat4_of(const Matrix4& matrix) {
-    shared::mat4 result;
-    std::ranges::copy(matrix, result.elements);
-    return result;
-}
-
-// A little wide, so that rounding never cuts a primitive.
-double bounding_radius(const Primitive& primitive) {
-    const Vec3 size = primitive.size;
-    switch (primitive.shape) {
-    case Shape::sphere:
-    case Shape::disc:
-        return size.x * 1.001;
-    case Shape::box:
-        return std::sqrt(dot(size, size)) * 1.001;
-    case Shape::cylinder:
-        return std::sqrt(size.x * size.x + size.y * size.y) * 1.001;
-    case Shape::plane:
-        break;
-    }
-    return -1.0;
-}
-
-shared::ScenePrimitive primitive_constants(const Primitive& primitive, double time) {
-    shared::ScenePrimitive result{};
-    result.size = vec4_of(primitive.size, bounding_radius(primitive));
-    result.shape = static_cast<uint32_t>(primitive.shape);
-    result.material = primitive.material;
-    const Pose now = pose_at(primitive.motion, time);
-    const Pose previous = pose_at(primitive.motion, time - 1.0);
-    const Pose next = pose_at(primitive.motion, time + 1.0);
-    copy_pose(now, result.now);
-    copy_pose(previous, result.previous);
-    copy_pose(next, result.next);
-    result.flags = (now == previous ? PRIMITIVE_STILL_PREVIOUS : 0u) | (now == next ? PRIMITIVE_STILL_NEXT : 0u) |
-                   (primitive.casts_shadow ? PRIMITIVE_CASTS_SHADOW : 0u);
-    return result;
-}
-
-// The rotation of a rigid matrix is its first three columns.
-bool same_rotation(const Camera& a, const Camera& b) {
-    return std::equal(a.world_to_view.begin(), a.world_to_view.begin() + 12, b.world_to_view.begin());
-}
-
-void set_camera(SceneConstants& constants, const Scene& scene, double frame, Extent extent) {
-    const Camera now = camera(scene, frame, extent);
-    const Camera previous = camera(scene, frame - 1.0, extent);
-    const Camera next = camera(scene, frame + 1.0, extent);
-    constants.view = mat4_of(now.world_to_view);
-    constants.previous_view = mat4_of(previous.world_to_view);
-    constants.next_view = mat4_of(next.world_to_view);
-    const double time = frame - scene.info.key_frame;
-    constants.eye = vec4_of(scene.camera.eye + scene.camera.eye_velocity * time);
-    constants.lens = {1.0f / now.projection[0], -1.0f / now.projection[5], static_cast<float>(extent.width),
-                      static_cast<float>(extent.height)};
-    constants.flags = (now.world_to_view == previous.world_to_view ? SCENE_CAMERA_STILL_PREVIOUS : 0u) |
-                      (now.world_to_view == next.world_to_view ? SCENE_CAMERA_STILL_NEXT : 0u) |
-                      (same_rotation(now, previous) ? SCENE_SKY_STILL_PREVIOUS : 0u) |
-                      (same_rotation(now, next) ? SCENE_SKY_STILL_NEXT : 0u);
-}
-
-SceneConstants scene_constants(const Scene& scene, double frame, Extent extent, int samples) {
-    SceneConstants constants{};
-    set_camera(constants, scene, frame, extent);
-    const Light& light = scene.light;
-    constants.sun = vec4_of(normalised(light.to_sun));
-    constants.sun_colour = vec4_of(light.sun, light.clouds);
-    constants.sky_zenith = vec4_of(light.zenith);
-    constants.sky_horizon = vec4_of(light.horizon);
-    constants.ambient_up = vec4_of(light.ambient_up);
-    constants.ambient_down = vec4_of(light.ambient_down);
-    constants.primitive_count = static_cast<uint32_t>(scene.primitives.size());
-    constants.samples = static_cast<uint32_t>(samples);
-    for (size_t i = 0; i < scene.materials.size(); ++i) {
-        const Material& material = scene.materials[i];
-        shared::SceneMaterial& target = constants.materials[i];
-        target.colour_a = vec4_of(material.colour_a, material.detail);
-        target.colour_b = vec4_of(material.colour_b, material.emission);
-        target.pattern = static_cast<uint32_t>(material.pattern);
-        target.scale = static_cast<float>(material.scale);
-    }
-    for (size_t i = 0; i < scene.primitives.size(); ++i)
-        constants.primitives[i] = primitive_constants(scene.primitives[i], frame - scene.info.key_frame);
-    return constants;
-}
+constexpr uint32_t rays_a_pass = 64;
 
 // The images' common extent, or an error.
 Result<Extent> common_extent(const SceneImages& images) {
@@ -125,6 +32,25 @@ Result<Extent> common_extent(const SceneImages& images) {
     if (!extent)
         return Error{ErrorCode::invalid_argument, "none of the scene's images is present"};
     return *extent;
+}
+
+template <class Fail>
+Result<void> check_occlusion(const OcclusionTruth& occlusion, const Fail& fail) {
+    if (occlusion.rays < 1 || occlusion.rays > 65536)
+        return fail(std::to_string(occlusion.rays) + " rays a pixel, 1 to 65536 are possible");
+    if (!(occlusion.radius > 0.0 && occlusion.radius <= 1e6))
+        return fail("rays as long as " + std::to_string(occlusion.radius) + ", above 0 to 1000000 is possible");
+    return {};
+}
+
+template <class Fail>
+Result<void> check_lens(const Lens& lens, const Fail& fail) {
+    if (!(lens.near_plane > 0.0 && lens.far_plane > lens.near_plane && std::isfinite(lens.far_plane)))
+        return fail("near plane at " + std::to_string(lens.near_plane) + ", far plane at " +
+                    std::to_string(lens.far_plane) + ": both must be above 0, the far one beyond the near one");
+    if (!std::isfinite(lens.orthographic_height) || !std::isfinite(lens.shift_x) || !std::isfinite(lens.shift_y))
+        return fail("the lens has a height or a shift that is not finite");
+    return {};
 }
 
 Result<void> check(const Scene& scene, double frame, const RenderOptions& options) {
@@ -147,7 +73,9 @@ Result<void> check(const Scene& scene, double frame, const RenderOptions& option
         return fail(std::to_string(shutter.sub_frames) + " sub-frames, 1 to 256 are possible");
     if (!(shutter.open >= 0.0 && shutter.open <= 16.0))
         return fail("the shutter is open for " + std::to_string(shutter.open) + " frames, 0 to 16 are possible");
-    return {};
+    if (auto checked = check_lens(scene.camera.lens, fail); !checked)
+        return checked;
+    return check_occlusion(options.occlusion, fail);
 }
 
 // Builds one plan.
@@ -164,6 +92,8 @@ class ScenePlanner {
             truth();
         if (images_.depth || images_.normal || images_.velocity || images_.next_velocity || images_.shadow)
             geometry();
+        if (images_.true_visibility || images_.true_bent_normal)
+            occlusion();
         return std::move(planner_).finish();
     }
 
@@ -247,6 +177,35 @@ class ScenePlanner {
         pass.dispatch.target = depth;
     }
 
+    // In many small dispatches: a device that is shared or watched is not held for long.
+    void occlusion() {
+        const OcclusionTruth& truth = options_.occlusion;
+        SceneConstants constants = scene_constants(scene_, frame_, extent_, options_.samples);
+        constants.radius = static_cast<float>(truth.radius);
+        constants.falloff = static_cast<uint32_t>(truth.falloff);
+        constants.all_rays = static_cast<uint32_t>(truth.rays);
+        constants.seed = truth.seed;
+        ResourceId sums[2] = {no_resource, no_resource};
+        ResourceId last = no_resource;
+        for (uint32_t first = 0, i = 0; first < constants.all_rays; first += rays_a_pass, ++i) {
+            if (i < 2)
+                sums[i] = planner_.transient(i == 0 ? "sums a" : "sums b", VK_FORMAT_R32G32B32A32_SFLOAT, extent_);
+            constants.first_ray = first;
+            constants.ray_count = std::min(rays_a_pass, constants.all_rays - first);
+            Pass& pass = planner_.pass("rays", occlusion_code::rays);
+            pass.accesses = {{last, AccessKind::fetch}, {sums[i % 2], AccessKind::write}};
+            pass.constants = constants_of(constants);
+            pass.dispatch.target = sums[i % 2];
+            last = sums[i % 2];
+        }
+        const ResourceId visibility = target("true visibility", 9, images_.true_visibility, VK_FORMAT_R32_SFLOAT);
+        const ResourceId bent = target("true bent normal", 10, images_.true_bent_normal, VK_FORMAT_R16G16B16A16_SFLOAT);
+        Pass& pass = planner_.pass("average", occlusion_code::average);
+        pass.accesses = {{last, AccessKind::fetch}, {visibility, AccessKind::write}, {bent, AccessKind::write}};
+        pass.constants = constants_of(constants);
+        pass.dispatch.target = visibility;
+    }
+
     const Scene& scene_;
     double frame_;
     const RenderOptions& options_;
@@ -259,9 +218,21 @@ class ScenePlanner {
 
 } // namespace
 
-std::array<Image, 9> host_images(const SceneImages& images) {
-    return {images.colour,   images.direct,        images.ambient, images.depth, images.normal,
-            images.velocity, images.next_velocity, images.shadow,  images.truth};
+std::array<Image, 11> host_images(const SceneImages& images) {
+    return {images.colour, images.direct,          images.ambient,         images.depth,
+            images.normal, images.velocity,        images.next_velocity,   images.shadow,
+            images.truth,  images.true_visibility, images.true_bent_normal};
+}
+
+std::span<const char* const> falloff_names() {
+    static constexpr const char* names[] = {"hard", "linear", "quadratic", "sao", "contact", "wide"};
+    return names;
+}
+
+std::optional<Falloff> find_falloff(std::string_view name) {
+    const auto names = falloff_names();
+    const auto found = std::ranges::find(names, name, [](const char* known) { return std::string_view(known); });
+    return found == names.end() ? std::nullopt : std::optional(static_cast<Falloff>(found - names.begin()));
 }
 
 Result<Plan> plan_scene(const Scene& scene, double frame, const RenderOptions& options, const SceneImages& images) {

@@ -43,6 +43,16 @@ struct alignas(16) mat4 {
 #define SCENE_CAMERA_STILL_NEXT 2
 #define SCENE_SKY_STILL_PREVIOUS 4 // the camera has not turned
 #define SCENE_SKY_STILL_NEXT 8
+#define SCENE_ORTHOGRAPHIC 16
+#define SCENE_DEVICE_DEPTH 32 // the depth image holds 0…1 as the projection makes it, not view depth
+
+// What an occluder at t = distance / radius takes away, t in 0…1.
+#define FALLOFF_HARD 0      // 1
+#define FALLOFF_LINEAR 1    // 1 - t
+#define FALLOFF_QUADRATIC 2 // 1 - t²
+#define FALLOFF_SAO 3       // (1 - t²)³
+#define FALLOFF_CONTACT 4   // (1 - t)²
+#define FALLOFF_WIDE 5      // 1 - t⁴
 
 // What depth images hold where nothing was hit.
 #define SCENE_SKY_DEPTH 1e10f
@@ -73,7 +83,9 @@ struct SceneConstants {
     mat4 previous_view;
     mat4 next_view;
     vec4 eye;          // xyz: the camera's place in the world
-    vec4 lens;         // xy: tangents of half the horizontal and vertical angle of view, zw: extent in pixels
+    vec4 lens;         // xy: tangents of half the angles of view, or half the image's sides; zw: extent in pixels
+    vec4 frustum;      // xy: off-centre, added to places -1…1 in the image; z: far plane; w: scene units a metre
+    vec4 depth_range;  // xy: elements 10 and 14 of the projection, z: its value where nothing is
     vec4 sun;          // xyz: direction to the sun
     vec4 sun_colour;   // w: share of clouds in the sky
     vec4 sky_zenith;   // rgb
@@ -83,7 +95,16 @@ struct SceneConstants {
     uint primitive_count;
     uint samples; // a side of the grid of colour samples in a pixel
     uint flags;
-    uint unused;
+    // Ground truth of ambient occlusion.
+    float radius;
+    uint falloff;
+    uint first_ray; // of this pass
+    uint ray_count; // of this pass
+    uint all_rays;
+    uint seed;
+    uint unused_0;
+    uint unused_1;
+    uint unused_2;
     SceneMaterial materials[SCENE_MOST_MATERIALS];
     ScenePrimitive primitives[SCENE_MOST_PRIMITIVES];
 };

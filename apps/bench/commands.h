@@ -32,6 +32,7 @@ std::vector<Extent> times_sizes(const Options& options, const Rig& rig, bool onl
 Extent quality_size(const Options& options, const Rig& rig);
 TimingOptions timing_options(const Options& options, const Rig& rig, double warm_up);
 int truth_sub_frames(const Options& options, const Rig& rig);
+int truth_rays(const Options& options, const Rig& rig);
 
 // Frames of a source with outputs, ready to be timed. The inputs own what the bound images point at.
 struct TimedInputs {
@@ -67,7 +68,9 @@ class Judge {
     double moving_share() const { return moving_share_; } // of the pixels
     const media::Planes& truth() const { return truth_; }
     const media::Planes& do_nothing() const { return do_nothing_; }
-    const std::optional<media::Planes>& ceiling() const { return ceiling_; } // a truth with half the sub-frames
+    const std::optional<media::Planes>& ceiling() const {
+        return ceiling_;
+    } // a truth with half the sub-frames, other rays
 
     // Runs the effect and reads its output back, encoded like the truth.
     Result<media::Planes> run(Rig& rig, Context& context, const Variant& variant) const;

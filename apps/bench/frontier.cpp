@@ -117,6 +117,8 @@ Result<std::vector<Point>> points_of(Rig& rig, const Options& options, const Eff
         }
     double warm_up = options.warm_up;
     for (const auto& source : sources) {
+        if (!source->suits(effect.name))
+            continue;
         output.progress(source->name());
         if (auto added = add_source(rig, options, chosen, *source, points, warm_up); !added)
             return added.error();

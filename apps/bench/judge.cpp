@@ -73,6 +73,12 @@ int truth_sub_frames(const Options& options, const Rig& rig) {
     return rig.is_cpu() ? 32 : 128;
 }
 
+int truth_rays(const Options& options, const Rig& rig) {
+    if (options.rays > 0)
+        return options.rays;
+    return rig.is_cpu() ? 128 : 1024;
+}
+
 std::string Judge::key(const Variant& variant) {
     const auto ask = adapter_of(*variant.effect).truth_options;
     scene::RenderOptions ignored;
@@ -97,6 +103,7 @@ Result<std::unique_ptr<Judge>> Judge::create(Rig& rig, const Options& options, c
     request.options = truth_options(variant, 1.0f / 24.0f);
     request.options.samples = options.samples;
     request.options.shutter.sub_frames = truth_sub_frames(options, rig);
+    request.options.occlusion.rays = truth_rays(options, rig);
     auto inputs = source.load(rig, request);
     if (!inputs)
         return inputs.error();
@@ -118,6 +125,7 @@ Result<std::unique_ptr<Judge>> Judge::create(Rig& rig, const Options& options, c
         return judge;
     request.planes = {adapter.truth};
     request.options.shutter.sub_frames = std::max(1, request.options.shutter.sub_frames / 2);
+    ++request.options.occlusion.seed;
     auto half = source.load(rig, request);
     if (!half)
         return half.error();

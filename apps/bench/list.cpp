@@ -1,6 +1,9 @@
 // What there is to measure, and on what.
 #include "apps/bench/commands.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 namespace sfumato::bench {
 namespace {
 
@@ -25,11 +28,11 @@ Result<void> list_all(const Output& output) {
         for (const Preset& preset : effect->parameters->presets)
             effect_table.add({effect->name, preset.name, preset.doc});
     }
-    Table scene_table({"scene", "what it shows"}, 2);
+    Table scene_table({"scene", "for", "what it shows"}, 3);
     json["scenes"] = Json::array();
     for (const scene::Scene& scene : scene::scenes()) {
-        json["scenes"].push_back({{"name", scene.info.name}, {"doc", scene.info.doc}});
-        scene_table.add({scene.info.name, scene.info.doc});
+        json["scenes"].push_back({{"name", scene.info.name}, {"doc", scene.info.doc}, {"effects", scene.info.effects}});
+        scene_table.add({scene.info.name, fmt::format("{}", fmt::join(scene.info.effects, ", ")), scene.info.doc});
     }
     output.print(effect_table.text() + "\n" + scene_table.text() + "\n");
     json["devices"] = Json::array();

@@ -56,7 +56,8 @@ void add_common(CLI::App& app, Options& options, Texts& texts) {
     app.add_option("--vary", options.variants.varied, "EFFECT.PARAMETER=VALUE,VALUE...: a row for each combination")
         ->take_all()
         ->allow_extra_args(false);
-    app.add_option("--scene", options.scenes, "Analytic scenes; all if not given, 'none' for files alone")
+    app.add_option("--scene", options.scenes,
+                   "Analytic scenes; those made for the effect if not given, 'none' for files alone")
         ->delimiter(',');
     app.add_option("--input-raw", options.raw_files, "A frame rendered elsewhere, as exr_to_raw.py writes it")
         ->take_all()
@@ -78,6 +79,8 @@ void add_timing(CLI::App& app, Options& options, Texts& texts) {
 void add_quality(CLI::App& app, Options& options, Texts& texts) {
     app.add_option("--subframes", options.sub_frames, "Sub-frames of the ground truth; 128 (32 on a CPU)")
         ->check(CLI::Range(2, 256));
+    app.add_option("--rays", options.rays, "Rays a pixel of the ground truth of occlusion; 1024 (128 on a CPU)")
+        ->check(CLI::Range(1, 65536));
     app.add_flag("--no-ssim", texts.no_ssim, "Leaves out structural similarity, the slow figure");
 }
 

@@ -14,13 +14,14 @@ namespace sfumato::bench {
 struct Options {
     std::string command; // "times", "quality", "frontier", "tune", "list"
     VariantRequest variants;
-    std::vector<std::string> scenes; // none: all
+    std::vector<std::string> scenes; // none: those that are for the effect
     std::vector<std::string> raw_files;
     std::vector<std::string> opted_in; // roles that are bound only where asked for
     std::vector<Extent> sizes;         // of times; none: the command's own
     std::optional<Extent> quality_size;
     int frames = 0;     // 0: by the device
     int sub_frames = 0; // 0: by the device
+    int rays = 0;       // 0: by the device
     int samples = 2;    // a side, of each pixel
     int batch = 0;      // 0: by the device
     double warm_up = 0.3;

@@ -121,7 +121,8 @@ Result<void> measure_quality(Rig& rig, const Options& options, const Variants& v
         return Error{ErrorCode::invalid_argument, "none of the effects has a ground truth"};
     for (const auto& source : sources) // before hours of work on the others
         for (const auto& group : groups)
-            if (const char* truth = adapter_of(*group.front()->effect).truth; !source->has(truth))
+            if (const char* truth = adapter_of(*group.front()->effect).truth;
+                source->suits(group.front()->effect->name) && !source->has(truth))
                 return Error{ErrorCode::input, source->name() + " has no image '" + truth + "' to score against"};
     if (!options.pictures.empty()) {
         std::error_code failed;
@@ -135,6 +136,8 @@ Result<void> measure_quality(Rig& rig, const Options& options, const Variants& v
     std::vector<Block> blocks;
     for (const auto& source : sources)
         for (const auto& group : groups) {
+            if (!source->suits(group.front()->effect->name))
+                continue;
             output.progress(source->name());
             auto block = measure_block(rig, options, group, *source);
             if (!block)

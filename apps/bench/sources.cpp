@@ -17,14 +17,17 @@ constexpr PlaneInfo plane_list[] = {
     {"next_velocity", VK_FORMAT_R16G16_SFLOAT, 2, &scene::SceneImages::next_velocity},
     {"shadow", VK_FORMAT_R16_SFLOAT, 1, &scene::SceneImages::shadow},
     {"truth", VK_FORMAT_R32G32B32A32_SFLOAT, 4, &scene::SceneImages::truth},
+    {"true_visibility", VK_FORMAT_R32_SFLOAT, 1, &scene::SceneImages::true_visibility},
+    {"true_bent_normal", VK_FORMAT_R32G32B32A32_SFLOAT, 4, &scene::SceneImages::true_bent_normal},
 };
 
 class SceneSource : public Source {
   public:
-    explicit SceneSource(const scene::Scene& scene) : scene_(scene) {}
+    SceneSource(const scene::Scene& scene, bool is_named) : scene_(scene), is_named_(is_named) {}
 
     std::string name() const override { return scene_.info.name; }
     bool has(std::string_view plane) const override { return find_plane(plane) != nullptr; }
+    bool suits(std::string_view effect) const override { return is_named_ || scene::is_for(scene_.info, effect); }
     std::optional<Extent> native_extent() const override { return std::nullopt; }
     bool is_analytic() const override { return true; }
 
@@ -50,6 +53,7 @@ class SceneSource : public Source {
 
   private:
     const scene::Scene& scene_;
+    bool is_named_;
 };
 
 class RawSource : public Source {
@@ -59,6 +63,7 @@ class RawSource : public Source {
 
     std::string name() const override { return name_; }
     bool has(std::string_view plane) const override { return frame_.find(plane) != nullptr && find_plane(plane); }
+    bool suits(std::string_view) const override { return true; }
     std::optional<Extent> native_extent() const override { return frame_.find("colour")->extent; }
     bool is_analytic() const override { return false; }
 
@@ -129,14 +134,14 @@ Result<Sources> open_sources(const std::vector<std::string>& scenes, const std::
     Sources sources;
     if (scenes.empty())
         for (const scene::Scene& scene : scene::scenes())
-            sources.push_back(std::make_unique<SceneSource>(scene));
+            sources.push_back(std::make_unique<SceneSource>(scene, false));
     for (const std::string& name : scenes) {
         if (name == "none")
             continue;
         const scene::Scene* scene = scene::find_scene(name);
         if (scene == nullptr)
             return unknown_scene(name);
-        sources.push_back(std::make_unique<SceneSource>(*scene));
+        sources.push_back(std::make_unique<SceneSource>(*scene, true));
     }
     for (const std::string& path : raw_files) {
         auto frame = read_raw_frame(path);

@@ -49,6 +49,8 @@ class Source {
     virtual ~Source() = default;
     virtual std::string name() const = 0;
     virtual bool has(std::string_view plane) const = 0;
+    // Whether the effect is measured on it: on any source that was named, else on scenes made for the effect.
+    virtual bool suits(std::string_view effect) const = 0;
     // The only extent that has a truth, if the source has one of its own.
     virtual std::optional<Extent> native_extent() const = 0;
     // Whether the truth can be had for any shutter and number of sub-frames.
@@ -59,7 +61,7 @@ class Source {
 
 using Sources = std::vector<std::unique_ptr<Source>>;
 
-// The named scenes (all: none named; none: one named "none"), then the files. Errors: a name or a file.
+// The named scenes (none named: all; one named "none": none), then the files. Errors: a name or a file.
 Result<Sources> open_sources(const std::vector<std::string>& scenes, const std::vector<std::string>& raw_files);
 
 } // namespace sfumato::bench

@@ -174,6 +174,8 @@ Result<void> measure_source(Rig& rig, const Options& options, const Variants& va
     TimedInputs inputs;
     const EffectInfo* loaded = nullptr;
     for (const Variant& variant : variants) {
+        if (!source.suits(variant.effect->name))
+            continue;
         if (loaded != variant.effect) {
             inputs = {}; // the old ones go first: at large sizes they fill the memory
             auto fresh = load_timed_inputs(rig, options, *variant.effect, source, extent);

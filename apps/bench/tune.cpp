@@ -32,6 +32,8 @@ class Tuner {
     Result<void> load(const Sources& sources, const Output& output) {
         size_t moving = 0;
         for (const auto& source : sources) {
+            if (!source->suits(start_.effect->name))
+                continue;
             output.progress("loading " + source->name());
             auto judge = Judge::create(rig_, options_, start_, *source);
             if (!judge)

@@ -111,7 +111,8 @@ Result<Json> list_scenes(const ListOptions&) {
                         {"doc", one.info.doc},
                         {"frames", one.info.frames},
                         {"key_frame", one.info.key_frame},
-                        {"frames_per_second", one.info.frames_per_second}});
+                        {"frames_per_second", one.info.frames_per_second},
+                        {"effects", one.info.effects}});
     return list;
 }
 

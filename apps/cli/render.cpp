@@ -14,16 +14,28 @@
 #include <fmt/ranges.h>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 namespace sfumato::cli {
 
 namespace {
 
+// The ground truths that are wanted.
+struct TruthRequest {
+    int sub_frames = 0; // of motion blur; 0: not wanted
+    bool occlusion = false;
+    scene::OcclusionTruth rays;
+};
+
 struct RenderCommandOptions {
     std::string scene, output, frames, device, save_config;
     std::string size = "960x540";
     ChainOptions chain;
-    int truth = 0;
+    std::string truth;
+    double truth_radius = 1.5;
+    std::string truth_falloff = "hard";
+    int truth_rays = 256;
+    TruthRequest truths; // what `truth` says
     int samples = 2;
     bool all_passes = false;
     bool full_float = false;
@@ -42,6 +54,32 @@ Result<Extent> parse_size(const std::string& text) {
         return usage_error(
             fmt::format("--size {}: write WIDTHxHEIGHT, as in 1920x1080, with sides from 1 to 16384", text));
     return extent;
+}
+
+// A number of sub-frames asks for motion blur, as its name does; occlusion is asked for by name.
+Result<TruthRequest> parse_truth(const RenderCommandOptions& options) {
+    TruthRequest request;
+    std::istringstream words(options.truth);
+    for (std::string word; std::getline(words, word, ',');) {
+        const char* end = word.data() + word.size();
+        int count = 64;
+        const auto [last, failed] = std::from_chars(word.data(), end, count);
+        const bool is_count = failed == std::errc() && last == end;
+        if (word == "ambient-occlusion")
+            request.occlusion = true;
+        else if ((is_count && count >= 1 && count <= 256) || word == "motion-blur")
+            request.sub_frames = count;
+        else
+            return usage_error(fmt::format("--truth {}: '{}' is neither a number of sub-frames from 1 to 256, nor "
+                                           "motion-blur, nor ambient-occlusion",
+                                           options.truth, word));
+    }
+    const auto falloff = scene::find_falloff(options.truth_falloff);
+    if (!falloff)
+        return usage_error(fmt::format("--truth-falloff {}: there are {}", options.truth_falloff,
+                                       fmt::join(scene::falloff_names(), ", ")));
+    request.rays = {options.truth_radius, *falloff, options.truth_rays, 0};
+    return request;
 }
 
 Result<const scene::Scene*> choose_scene(const std::string& name) {
@@ -129,7 +167,8 @@ class SceneFrames {
             return as_device(commands.error());
         scene::RenderOptions render_options;
         render_options.samples = options_.samples;
-        render_options.shutter = shutter_of(chain_, std::max(1, options_.truth));
+        render_options.shutter = shutter_of(chain_, std::max(1, options_.truths.sub_frames));
+        render_options.occlusion = options_.truths.rays;
         if (auto recorded = renderer_->record(*commands, scene_, number, render_options, scene_images(), count_++);
             !recorded)
             return as_device(recorded.error());
@@ -149,8 +188,10 @@ class SceneFrames {
             {"colour", 4}, {"depth", 1}, {"normal", 4}, {"velocity", 2}, {"next_velocity", 2}};
         if (options_.all_passes)
             wanted.insert(wanted.end(), {{"direct", 4}, {"ambient", 4}, {"shadow", 1}});
-        if (options_.truth > 0)
+        if (options_.truths.sub_frames > 0)
             wanted.emplace_back("truth", 4);
+        if (options_.truths.occlusion)
+            wanted.insert(wanted.end(), {{"true_visibility", 1}, {"true_bent_normal", 4}});
         for (const auto& [name, components] : wanted) {
             auto image = device_->create_image(float_format(components), extent_);
             if (!image)
@@ -166,8 +207,9 @@ class SceneFrames {
     }
 
     scene::SceneImages scene_images() const {
-        return {image("colour"),   image("direct"),        image("ambient"), image("depth"), image("normal"),
-                image("velocity"), image("next_velocity"), image("shadow"),  image("truth")};
+        return {image("colour"), image("direct"),          image("ambient"),         image("depth"),
+                image("normal"), image("velocity"),        image("next_velocity"),   image("shadow"),
+                image("truth"),  image("true_visibility"), image("true_bent_normal")};
     }
 
     RoleImages role_images() const {
@@ -219,11 +261,13 @@ class SceneFrames {
 Result<void> write_png(const RenderedFrame& frame, const std::filesystem::path& path,
                        const RenderCommandOptions& options) {
     // A picture holds one thing: the truth, if it was asked for and nothing else stands in its place.
-    const RenderedPass& pass = frame.passes.at(options.truth > 0 ? "truth" : "colour");
+    const RenderedPass& pass = frame.passes.at(options.truths.occlusion        ? "true_visibility"
+                                               : options.truths.sub_frames > 0 ? "truth"
+                                                                               : "colour");
     std::vector<std::vector<float>> planes(3, std::vector<float>(pass.values.size() / pass.components));
     for (size_t c = 0; c < 3; ++c)
         for (size_t i = 0; i < planes[c].size(); ++i)
-            planes[c][i] = pass.values[i * pass.components + c];
+            planes[c][i] = pass.values[i * pass.components + std::min<size_t>(c, pass.components - 1)];
     const auto picture =
         media::make_picture(static_cast<int>(frame.extent.width), static_cast<int>(frame.extent.height),
                             planes[0].data(), planes[1].data(), planes[2].data());
@@ -272,7 +316,7 @@ Outcome render_all(const std::vector<media::SequenceFrame>& frames, SceneFrames&
     return exit_done;
 }
 
-Outcome run(const RenderCommandOptions& options, const Invocation& invocation, Console& console) {
+Outcome run(RenderCommandOptions options, const Invocation& invocation, Console& console) {
     auto scene = choose_scene(options.scene);
     if (!scene)
         return scene.error();
@@ -282,12 +326,16 @@ Outcome run(const RenderCommandOptions& options, const Invocation& invocation, C
     auto format = output_format(options.output);
     if (!format)
         return format.error();
+    const auto truths = parse_truth(options);
+    if (!truths)
+        return truths.error();
+    options.truths = *truths;
     const bool has_effects = !options.chain.effects.empty();
     if (!has_effects &&
         (!options.chain.preset.empty() || !options.chain.settings.empty() || !options.chain.config.empty()))
         return usage_error("--preset, --set and --config are for effects; name them with --effects");
-    if (*format == "png" && has_effects && options.truth > 0)
-        return usage_error("a PNG holds one picture: write .exr, or render effects and --truth apart");
+    if (*format == "png" && truths->occlusion + (truths->sub_frames > 0) + has_effects > 1)
+        return usage_error("a PNG holds one picture: write .exr, or render effects and truths apart");
     auto chain = has_effects ? make_chain(options.chain) : Result<EffectChain>(EffectChain{});
     if (!chain)
         return chain.error();
@@ -321,9 +369,19 @@ Command make_render(CLI::App& app) {
     add_text(app, "--size", options->size, "WIDTHxHEIGHT (default: 960x540)");
     add_text(app, "--effects", options->chain.effects, "Effects, left to right: motion-blur[,…]");
     add_chain_options(app, options->chain, options->save_config);
-    app.add_option("--truth", options->truth, "Add true motion blur, the mean of N sub-frames")
-        ->check(CLI::Range(1, 256))
-        ->type_name("N");
+    add_text(
+        app, "--truth", options->truth,
+        "Add ground truth: N, for motion blur as the mean of N sub-frames; ambient-occlusion; or N,ambient-occlusion");
+    app.add_option("--truth-radius", options->truth_radius, "Length of the rays of true occlusion, metres")
+        ->check(CLI::Range(1e-3, 1e6))
+        ->capture_default_str();
+    app.add_option("--truth-falloff", options->truth_falloff,
+                   "What a hit takes away by its distance: hard, linear, quadratic, sao, contact, wide")
+        ->capture_default_str();
+    app.add_option("--truth-rays", options->truth_rays, "Rays a pixel of true occlusion")
+        ->check(CLI::Range(1, 65536))
+        ->type_name("N")
+        ->capture_default_str();
     app.add_option("--samples", options->samples, "Samples a side of each pixel")
         ->check(CLI::Range(1, 8))
         ->type_name("N");

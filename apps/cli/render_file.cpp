@@ -67,6 +67,10 @@ media::ExrImage rendered_image(const RenderedFrame& frame, bool full_float) {
             add_channels(part, pass, {"sfumato_velocity.X", "sfumato_velocity.Y"}, PixelType::float32);
         else if (name == "next_velocity")
             add_channels(part, pass, {"sfumato_velocity.Z", "sfumato_velocity.W"}, PixelType::float32);
+        else if (name == "true_visibility")
+            add_channels(part, pass, {"AO"}, PixelType::float32);
+        else if (name == "true_bent_normal")
+            add_channels(part, pass, {"bent_normal.X", "bent_normal.Y", "bent_normal.Z"}, PixelType::half);
         else if (pass.components == 1)
             add_channels(part, pass, {name}, colour_type);
         else

@@ -26,7 +26,8 @@ struct RenderedFrame {
     std::map<std::string, RenderedPass> passes; // "colour", "depth", "normal", "velocity", "next_velocity", "truth", …
 };
 
-// The passes that are there as channels: R G B A, Z, N.X N.Y N.Z, sfumato_velocity.X Y Z W, and layers by their names.
+// The passes that are there as channels: R G B A, Z, N.X N.Y N.Z, sfumato_velocity.X Y Z W, and layers by their names;
+// true visibility as AO, true bent normals as bent_normal.X Y Z.
 media::ExrImage rendered_image(const RenderedFrame& frame, bool full_float);
 
 } // namespace sfumato::cli

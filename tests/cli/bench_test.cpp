@@ -109,6 +109,7 @@ TEST_F(Bench, TellsHelpAndWhatThereIs) {
     const json parsed = json::parse(list.out);
     EXPECT_GE(parsed["effects"].size(), 1u);
     EXPECT_GE(parsed["scenes"].size(), 5u);
+    EXPECT_EQ(parsed["scenes"][0]["effects"][0], "motion-blur");
     // Without a driver it still tells what it knows itself.
     EXPECT_EQ(run("list", "VK_DRIVER_FILES=/nonexistent VK_ICD_FILENAMES=/nonexistent").exit_code, 0);
 }

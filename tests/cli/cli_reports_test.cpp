@@ -200,6 +200,33 @@ TEST_F(CliRender, what_it_writes_is_what_apply_reads) {
     EXPECT_EQ(same.code, 0) << same.out;
 }
 
+TEST_F(CliRender, true_occlusion) {
+    const auto mean_visibility = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> arguments = {"render",       "crevices", "-o",      "o.exr",
+                                              "--size",       "80x45",    "--truth", "ambient-occlusion",
+                                              "--truth-rays", "16"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        EXPECT_EQ(run(arguments).code, 0);
+        const auto image = media::read_exr(path("o.exr"));
+        double sum = 0.0;
+        for (const char* name : {"AO", "bent_normal.X", "bent_normal.Z", "R", "Z", "N.X"})
+            EXPECT_TRUE(image && image->parts[0].find_channel(name)) << name;
+        for (const float value : image->parts[0].find_channel("AO")->values)
+            sum += static_cast<double>(value) / (80 * 45);
+        return sum;
+    };
+    const double hard = mean_visibility({}), soft = mean_visibility({"--truth-falloff", "contact"});
+    const double narrow = mean_visibility({"--truth-radius", "0.3"});
+    EXPECT_GT(hard, 0.4);
+    EXPECT_LT(hard, soft - 0.05);
+    EXPECT_LT(hard, narrow - 0.05);
+    EXPECT_LT(narrow, 0.98);
+    ASSERT_EQ(run({"render", "crevices", "-o", "o.png", "--size", "64x36", "--truth", "ambient-occlusion"}).code, 0);
+    expect_error({"render", "crevices", "-o", "x.png", "--truth", "8,ambient-occlusion"}, 2, {"one picture"});
+    expect_error({"render", "crevices", "-o", "x.exr", "--truth", "shadows"}, 2, {"'shadows'", "ambient-occlusion"});
+    expect_error({"render", "crevices", "-o", "x.exr", "--truth-falloff", "cubic"}, 2, {"cubic", "quadratic"});
+}
+
 TEST_F(CliRender, truth_passes_and_errors) {
     ASSERT_EQ(run({"render", "fairground", "-o", "f.exr", "--size", "160x90", "--samples", "1", "--truth", "16",
                    "--passes", "--effects", "motion-blur", "--set", "motion-blur.taps=9"})
@@ -213,6 +240,8 @@ TEST_F(CliRender, truth_passes_and_errors) {
     ASSERT_EQ(run({"render", "still", "-o", "s.png", "--size", "64x36"}).code, 0);
     ASSERT_EQ(run({"render", "still", "-o", "t.png", "--size", "64x36", "--truth", "4"}).code, 0);
     EXPECT_EQ(run({"compare", "s.png", "t.png", "--psnr-min", "60"}).code, 0) << "nothing moves";
+    expect_error({"render", "still", "-o", "x.exr", "--truth", "0"}, 2,
+                 {"--truth 0", "sub-frames", "ambient-occlusion"});
     expect_error({"render", "fairgroundd", "-o", "x.exr"}, 2, {"did you mean 'fairground'?"});
     expect_error({"render", "still", "-o", "x.exr", "--size", "12"}, 2, {"--size 12", "WIDTHxHEIGHT"});
     expect_error({"render", "still", "-o", "x.exr", "--frames", "1-2"}, 2, {"one file"});

@@ -320,6 +320,8 @@ TEST_F(SceneTest, VelocitiesAreThoseOfProjectedPoints) {
 TEST_F(SceneTest, SpeedsAreTypicalAndSceneStillIsStill) {
     const Extent extent{160, 90};
     for (const Scene& scene : scenes()) {
+        if (!is_for(scene.info, "motion-blur"))
+            continue;
         const Rendered r = render(scene, scene.info.key_frame, extent, quick(7, 2));
         std::vector<double> moving;
         for (size_t i = 0; i < r.pixels(); ++i)
