@@ -4,6 +4,7 @@
 // depth is invented, and since the picked place is known, taps on a plane stay on that plane at any level. The child of
 // texel q is 2q + (q.y & 1, q.x & 1), and the bits swap places from level to level: the texel at the bottom is
 // q * 2^m + A (q.y & 1, q.x & 1) + B (q.x & 1, q.y & 1), with A = 1, 10, 101, 1010 … in binary and B what A lacks.
+// A cheaper kind picks the texel right and below of the middle of its block, which is simply (q << m) + (1 << m >> 1).
 #ifndef DEPTH_PYRAMID_GLSL
 #define DEPTH_PYRAMID_GLSL
 

@@ -18,7 +18,7 @@ enum class OcclusionNormalisation { calibrated, vicarious_visions, plain };
 enum class OcclusionNoise { none, gradient_noise, hash, blocks };
 enum class OcclusionResolution { full, half };
 enum class HalfDepthChoice { checkerboard, nearest, farthest };
-enum class DepthMips { none, rotated, farthest };
+enum class DepthMips { none, rotated, farthest, centre };
 enum class DepthStorage { full, half };
 enum class NormalSource { given, derived };
 enum class NormalSpace { view, world };

@@ -60,6 +60,8 @@ struct Setup {
 
     bool is_half() const { return parameters.resolution == OcclusionResolution::half; }
     bool is_temporal() const { return parameters.temporal && !shows_estimate(); }
+    // Without coarser levels the host's depth serves as it is.
+    bool is_direct() const { return !is_half() && parameters.depth_mips == DepthMips::none; }
     bool has_shadow() const { return bool(images.shadow); }
     // Views of what comes before any filter.
     bool shows_estimate() const {
@@ -102,6 +104,26 @@ void set_noise(Setup& s) {
     s.constants.block_shift = static_cast<float>(index);
 }
 
+// Where the taps of obscurance lie: distances in shares of the radius, and the turn from one to the next.
+void set_pattern(Setup& s) {
+    const AmbientOcclusionParameters& p = s.parameters;
+    AmbientOcclusionConstants& c = s.constants;
+    constexpr float tau = 2.0f * std::numbers::pi_v<float>;
+    const auto count = static_cast<float>(p.pattern == TapPattern::mirrored_spiral ? (p.taps + 1) / 2 : p.taps);
+    const auto turns = static_cast<float>(spiral_turns(static_cast<int>(count)));
+    float angle = tau * turns / count;
+    c.first_angle = 0.5f * angle;
+    c.first_tap = 0.5f / count;
+    c.tap_spacing = 1.0f / count;
+    if (p.pattern == TapPattern::growing_circle) {
+        angle = 2.39996323f; // the golden angle
+        c.first_angle = 0.0f;
+        c.first_tap = 2.0f / (count + 2.0f);
+        c.tap_spacing = 1.0f / (count + 2.0f);
+    }
+    c.turn = {std::cos(angle), std::sin(angle)};
+}
+
 void set_constants(Setup& s) {
     const AmbientOcclusionParameters& p = s.parameters;
     AmbientOcclusionConstants& c = s.constants;
@@ -122,7 +144,8 @@ void set_constants(Setup& s) {
     c.strength = p.intensity * occlusion_calibration(p);
     c.power = p.power;
     c.step_power = p.step_power;
-    c.mip_rate = p.mip_rate;
+    c.mip_scale = std::exp2(-p.mip_rate);
+    set_pattern(s);
     c.guard_band = static_cast<float>(p.guard_band);
     // Depth in radii, so that signals in half floats reach as far in any unit.
     c.code_scale = s.is_perspective ? p.radius : 1.0f / p.radius;
@@ -168,28 +191,27 @@ void plan_estimate(Planner& planner, Setup& s) {
     const uint32_t view =
         s.shows_estimate() && p.debug_view != OcclusionView::estimate ? static_cast<uint32_t>(p.debug_view) : 0u;
     Pass& pass = planner.pass("estimate", shader::estimate);
-    pass.specialization =
-        s.common() +
-        std::initializer_list<uint32_t>{
-            estimator_kind(p),
-            static_cast<uint32_t>(p.falloff),
-            static_cast<uint32_t>(p.pattern),
-            static_cast<uint32_t>(p.taps),
-            static_cast<uint32_t>(p.slices),
-            static_cast<uint32_t>(p.steps),
-            static_cast<uint32_t>(p.normalisation),
-            static_cast<uint32_t>(p.noise),
-            static_cast<uint32_t>(p.iterations),
-            static_cast<uint32_t>(p.depth_mips),
-            derived ? 0u : s.normal_encoding(),
-            p.thickness >= 100.0f,
-            s.has_shadow(),
-            bool(s.images.bent_normal),
-            tests,
-            p.step_power == 1.0f,
-            static_cast<uint32_t>(spiral_turns(p.pattern == TapPattern::mirrored_spiral ? (p.taps + 1) / 2 : p.taps)),
-            view};
-    pass.accesses = {{s.pyramid, AccessKind::fetch, all_mips, false},
+    pass.specialization = s.common() + std::initializer_list<uint32_t>{estimator_kind(p),
+                                                                       static_cast<uint32_t>(p.falloff),
+                                                                       static_cast<uint32_t>(p.pattern),
+                                                                       static_cast<uint32_t>(p.taps),
+                                                                       static_cast<uint32_t>(p.slices),
+                                                                       static_cast<uint32_t>(p.steps),
+                                                                       static_cast<uint32_t>(p.normalisation),
+                                                                       static_cast<uint32_t>(p.noise),
+                                                                       static_cast<uint32_t>(p.iterations),
+                                                                       static_cast<uint32_t>(p.depth_mips),
+                                                                       derived ? 0u : s.normal_encoding(),
+                                                                       p.thickness >= 100.0f,
+                                                                       s.has_shadow(),
+                                                                       bool(s.images.bent_normal),
+                                                                       tests,
+                                                                       p.step_power == 1.0f,
+                                                                       p.pattern != TapPattern::spiral,
+                                                                       view,
+                                                                       s.is_direct(),
+                                                                       s.frame.depth_kind == DepthKind::device};
+    pass.accesses = {s.is_direct() ? read(s.depth) : Access{s.pyramid, AccessKind::fetch, all_mips, false},
                      read(derived ? no_resource : s.normal),
                      read(s.shadow),
                      read(tests ? s.history.previous : no_resource),
@@ -233,6 +255,18 @@ struct FilterPass {
     bool enlarges;
 };
 
+// The largest tile whose border fits into the 16 KiB of shared memory that every device has: depth, visibility and
+// perhaps a shadow of every texel, and the last two of every averaged row.
+Extent filter_tile(uint32_t border, bool has_shadow) {
+    const uint32_t values = has_shadow ? 2 : 1;
+    for (const Extent tile : {Extent{32, 32}, {32, 24}, {32, 16}, {16, 16}, {16, 8}}) {
+        const uint32_t rows = tile.height + 2 * border;
+        if ((tile.width + 2 * border) * rows * (1 + values) + tile.width * rows * values <= 4096)
+            return tile;
+    }
+    return {8, 8};
+}
+
 void plan_filter(Planner& planner, Setup& s, const FilterPass& f) {
     const AmbientOcclusionParameters& p = s.parameters;
     const int radius = f.filters ? p.filter_radius : 0;
@@ -243,24 +277,26 @@ void plan_filter(Planner& planner, Setup& s, const FilterPass& f) {
     const ResourceId kept =
         f.to_history ? s.history.current : planner.transient("filtered", format, keeps ? extent : Extent{1, 1});
     const bool uses_normals = f.filters && p.filter_normal > 0.0f && s.images.normal;
-    const uint32_t tile = s.is_wide ? 16 : 32;
+    const auto border = static_cast<uint32_t>(std::max(1, radius * step));
+    const Extent tile = filter_tile(border, s.has_shadow());
     Pass& pass = planner.pass(f.name, shader::filter);
-    pass.specialization =
-        s.common() + std::initializer_list<uint32_t>{static_cast<uint32_t>(radius),
-                                                     static_cast<uint32_t>(step),
-                                                     static_cast<uint32_t>(p.filter_weight),
-                                                     p.filter_comparison == DepthDifference::relative,
-                                                     p.filter_slope,
-                                                     uses_normals,
-                                                     s.normal_encoding(),
-                                                     f.temporal,
-                                                     f.temporal && s.images.velocity,
-                                                     f.is_last,
-                                                     keeps,
-                                                     f.enlarges,
-                                                     p.debug_view == OcclusionView::history_weight,
-                                                     tile,
-                                                     static_cast<uint32_t>(std::max(1, radius * step))};
+    pass.specialization = s.common() + std::initializer_list<uint32_t>{static_cast<uint32_t>(radius),
+                                                                       static_cast<uint32_t>(step),
+                                                                       static_cast<uint32_t>(p.filter_weight),
+                                                                       p.filter_comparison == DepthDifference::relative,
+                                                                       p.filter_slope,
+                                                                       uses_normals,
+                                                                       s.normal_encoding(),
+                                                                       f.temporal,
+                                                                       f.temporal && s.images.velocity,
+                                                                       f.is_last,
+                                                                       keeps,
+                                                                       f.enlarges,
+                                                                       p.debug_view == OcclusionView::history_weight,
+                                                                       tile.width,
+                                                                       tile.height,
+                                                                       border,
+                                                                       s.has_shadow()};
     pass.accesses = {read(s.signal),
                      read(f.enlarges ? s.depth : no_resource),
                      read(f.temporal ? s.history.previous : no_resource),
@@ -272,8 +308,9 @@ void plan_filter(Planner& planner, Setup& s, const FilterPass& f) {
     add_finish(planner, s, pass, f.is_last);
     pass.constants = constants_of(s.constants);
     // A workgroup a tile, whatever the number of threads in it.
-    const ResourceId tiles = planner.transient("filter tiles", VK_FORMAT_R32_UINT,
-                                               {(extent.width + tile - 1) / tile, (extent.height + tile - 1) / tile});
+    const ResourceId tiles = planner.transient(
+        "filter tiles", VK_FORMAT_R32_UINT,
+        {(extent.width + tile.width - 1) / tile.width, (extent.height + tile.height - 1) / tile.height});
     pass.dispatch = {DispatchKind::groups, tiles, 0, 0};
     s.signal = kept;
 }
@@ -382,7 +419,8 @@ Plan plan_ambient_occlusion(const Frame& frame, const AmbientOcclusionParameters
     s.output = planner.host("output", 9, images.output);
     if (s.is_temporal())
         s.history = planner.history("occlusion", VK_FORMAT_R32G32_UINT, s.working);
-    plan_prepare(planner, s);
+    if (!s.is_direct())
+        plan_prepare(planner, s);
     plan_estimate(planner, s);
     plan_filters(planner, s);
     if (images.bent_normal)

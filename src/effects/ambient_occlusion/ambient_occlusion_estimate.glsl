@@ -11,7 +11,7 @@ layout(constant_id = 8) const uint steps = 6;
 layout(constant_id = 9) const uint normalisation = 0;
 layout(constant_id = 10) const uint noise_kind = 1;
 layout(constant_id = 11) const uint iterations = 1;
-layout(constant_id = 12) const uint mip_mode = 1;
+layout(constant_id = 12) const uint mip_mode = 1; // none, rotated, farthest, centre
 layout(constant_id = 13) const int normal_encoding = 0; // 0: derived from depth
 layout(constant_id = 14) const bool endless = false;    // thickness
 layout(constant_id = 15) const bool has_shadow = false;
@@ -20,6 +20,8 @@ layout(constant_id = 17) const bool test_occluders = false;
 layout(constant_id = 18) const bool even_steps = true;
 
 layout(constant_id = 20) const uint view = 0; // none, depth, normal, mip, radius
+layout(constant_id = 21) const bool direct = false; // from the host's depth instead of the pyramid
+layout(constant_id = 22) const bool device_depth = false;
 
 layout(set = 0, binding = 0) uniform sampler2D pyramid;
 layout(set = 0, binding = 1) uniform sampler2D normal_image;
@@ -31,12 +33,17 @@ layout(set = 0, binding = 5) uniform writeonly image2D bent_image;
 const float pi = 3.14159265358979;
 const float working_pixel = half_resolution ? 2.0 : 1.0; // in pixels of the full resolution
 
-// The full-resolution pixel, at its middle, that a texel of the pyramid was taken from.
-vec2 pixel_of(ivec2 q, int m, float z) {
-    if (mip_mode == 2 && m > 0)
-        return (vec2(q) + 0.5) * float(1 << m) * working_pixel;
-    const ivec2 base = rotated_base(q, m);
-    return vec2(half_resolution ? 2 * base + choice_of(z) : base) + 0.5;
+// Conversions between floats and integers run at an eighth of the rate of other arithmetic on many GPUs. Added to 2^23,
+// a float has its whole part in its lowest bits.
+const float whole = 8388608.0;
+const int whole_bits = 0x4b000000;
+
+// The full-resolution pixel, at its middle, that a texel of the finest level was taken from.
+vec2 pixel_of(ivec2 q, float z) { return vec2(half_resolution ? 2 * q + choice_of(z) : q) + 0.5; }
+
+float depth_at(ivec2 q, int m) {
+    const float z = texelFetch(pyramid, q, m).x;
+    return direct ? usable_depth(device_depth ? view_depth_of(z, constants.projection) : z) : z;
 }
 
 struct Centre {
@@ -46,6 +53,8 @@ struct Centre {
     vec3 v; // towards the eye
     float radius;        // scene units
     float radius_pixels; // vertically, at full resolution
+    vec2 working;        // the pixel in texels of the finest level
+    vec2 ray_scale, ray_offset; // view xy over depth of a texel of the finest level
 };
 
 // Per axis the shorter of the two one-sided differences: the other may cross an edge.
@@ -60,8 +69,8 @@ vec3 derived_normal(ivec2 p, vec3 centre) {
             const ivec2 q = p + sign * unit;
             if (any(lessThan(q, ivec2(0))) || any(greaterThan(q, last)))
                 continue;
-            const float z = texelFetch(pyramid, q, 0).x;
-            const vec3 d = float(sign) * (view_position(pixel_of(q, 0, z), z) - centre);
+            const float z = depth_at(q, 0);
+            const vec3 d = float(sign) * (view_position(pixel_of(q, z), z) - centre);
             if (!is_pyramid_sky(z) && abs(d.z) < shortest) {
                 shortest = abs(d.z);
                 best = d;
@@ -76,7 +85,7 @@ vec3 derived_normal(ivec2 p, vec3 centre) {
 
 Centre make_centre(ivec2 p, float z) {
     Centre c;
-    const vec2 pixel = pixel_of(p, 0, z);
+    const vec2 pixel = pixel_of(p, z);
     c.pixel = pixel;
     const float pulled = z * (1.0 - constants.depth_bias);
     const vec3 position = view_position(pixel, z);
@@ -95,24 +104,39 @@ Centre make_centre(ivec2 p, float z) {
     const float facing = dot(c.n, c.v);
     if (facing < 0.01)
         c.n = normalize(c.n + (0.01 - facing) * c.v);
+    c.working = pixel / working_pixel;
+    c.ray_scale = constants.pixel_to_view.xy * working_pixel;
+    c.ray_offset = constants.pixel_to_view.zw + 0.5 * constants.pixel_to_view.xy;
     c.radius_pixels = constants.radius * constants.pixels / (perspective ? pulled : 1.0);
     c.radius = constants.radius * min(1.0, constants.radius_limit / c.radius_pixels);
     c.radius_pixels = min(c.radius_pixels, constants.radius_limit);
     return c;
 }
 
-bool on_screen(vec2 at) {
-    return all(greaterThanEqual(at, vec2(0))) && all(lessThan(at, constants.size));
-}
-
-// The position seen at `at`, from the level that suits a tap so many pixels away. Infinite for sky.
-vec3 tap_position(vec2 at, float away) {
+// The way from the centre to what is seen at `at` (texels of the finest level), from the level that suits a tap so many
+// texels away; very long for sky. False off the screen.
+bool tap_vector(Centre c, vec2 at, float away, out vec3 d) {
+    const ivec2 bits = floatBitsToInt(at + (whole - 0.5)); // rounds half a pixel less, which is floor
+    const ivec2 base = bits - whole_bits;
+    if (any(greaterThanEqual(uvec2(base), uvec2(constants.working_size))))
+        return false;
     int m = 0;
+    vec2 exact;
     if (mip_mode != 0)
-        m = clamp(int(floor(log2(away / working_pixel) - constants.mip_rate)), 0, last_mip);
-    const ivec2 q = ivec2(at / working_pixel) >> m;
-    const float z = texelFetch(pyramid, q, m).x;
-    return view_position(pixel_of(q, m, z), z);
+        m = clamp((floatBitsToInt(away * constants.mip_scale) >> 23) - 127, 0, last_mip);
+    const ivec2 q = base >> m;
+    const float z = depth_at(q, m);
+    if (mip_mode == 1)
+        exact = vec2(rotated_base(q, m));
+    else if (mip_mode == 2)
+        exact = m > 0 ? (vec2(q) + 0.5) * float(1 << m) - 0.5 : vec2(q);
+    else
+        exact = intBitsToFloat((bits & (-1 << m)) | ((1 << m) >> 1)) - whole;
+    vec2 ray = exact * c.ray_scale + c.ray_offset;
+    if (half_resolution && mip_mode != 2)
+        ray += vec2(choice_of(z)) * constants.pixel_to_view.xy;
+    d = vec3((perspective ? ray * z : ray) - c.p.xy, -z - c.p.z);
+    return true;
 }
 
 float falloff(float t) {
@@ -176,7 +200,7 @@ float shown(Centre c, float z) {
     if (view == 2) // lit from the upper left
         return 0.5 + 0.5 * dot(c.n, vec3(-0.57735027, 0.57735027, 0.57735027));
     if (view == 3)
-        return clamp(log2(c.radius_pixels / working_pixel) - constants.mip_rate, 0.0, float(last_mip)) / float(last_mip);
+        return clamp(log2(c.radius_pixels / working_pixel * constants.mip_scale), 0.0, float(last_mip)) / float(last_mip);
     return clamp(c.radius_pixels / constants.size.y, 0.0, 1.0);
 }
 
@@ -212,8 +236,8 @@ void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(vec2(p), constants.working_size)))
         return;
-    const float z = texelFetch(pyramid, p, 0).x;
-    const vec2 pixel = pixel_of(p, 0, z);
+    const float z = depth_at(p, 0);
+    const vec2 pixel = pixel_of(p, z);
     Signal s = Signal(1.0, 0.0, 1.0, 0.0);
     vec3 bent = vec3(0, 0, 1);
     const bool in_guard_band = any(lessThan(pixel, vec2(constants.guard_band))) ||

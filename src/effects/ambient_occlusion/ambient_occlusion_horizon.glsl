@@ -7,127 +7,120 @@
 // bitmask: the same sky in 32 sectors of equal weight, of which a tap hides those between its visible face and what lies
 // `thickness` behind it (Therrien, Levesque, Gilbert, Screen Space Indirect Lighting with Visibility Bitmask, 2023).
 //
-// Angles θ in a slice count from the eye; γ is the normal's. What of the sky lies between 0 and θ is, for θ > 0,
-//   S(θ) = ∫ cos(t - γ) |sin t| dt = (cos γ - cos(2θ - γ)) / 4 + θ sin γ / 2,
-// and minus that for θ < 0. The visible sky runs from γ - π/2 to γ + π/2.
+// Angles θ in a slice count from the eye to one side; γ is the normal's. What of the sky lies between 0 and θ is
+//   S(θ) = ∫ cos(t - γ) sin t dt = (cos γ - cos θ cos(θ - γ) + θ sin γ) / 2,
+// up to θ = γ + π/2. The other side is the same with -γ.
+
+struct Side {
+    float way;        // 1 or -1 along the slice
+    float sin_normal; // of γ, counted towards this side
+    float sky;        // S at its end
+};
 
 struct Slice {
-    vec2 step_direction; // pixels
+    vec2 step_direction; // texels
     vec3 across;         // unit, in the slice, at a right angle to the eye's direction
-    float cos_normal, sin_normal;
-    float low, high; // S at the ends of the sky
-    float weight;    // length of the normal's projection
+    float cos_normal;
+    Side right, left;
+    float weight; // length of the normal's projection
 };
 
 Slice make_slice(Centre c, float turn) {
     Slice s;
     s.step_direction = vec2(cos(turn * pi), sin(turn * pi));
     const vec3 along = vec3(s.step_direction * constants.pixel_to_view.xy, 0);
-    s.across = normalize(along - c.v * dot(along, c.v));
+    const vec3 in_plane = along - c.v * dot(along, c.v);
+    s.across = in_plane * inversesqrt(dot(in_plane, in_plane));
     const vec2 in_slice = vec2(dot(c.n, s.across), dot(c.n, c.v));
-    s.weight = length(in_slice);
-    s.sin_normal = in_slice.x / s.weight;
-    s.cos_normal = in_slice.y / s.weight;
-    const float gamma = atan(s.sin_normal, s.cos_normal);
-    const float shared_part = 0.5 * (s.cos_normal + gamma * s.sin_normal);
-    s.high = shared_part + 0.25 * pi * s.sin_normal;
-    s.low = -shared_part + 0.25 * pi * s.sin_normal;
+    const float inverse_weight = inversesqrt(max(dot(in_slice, in_slice), 1e-12));
+    s.weight = dot(in_slice, in_slice) * inverse_weight;
+    const float sin_normal = in_slice.x * inverse_weight;
+    s.cos_normal = in_slice.y * inverse_weight;
+    const float gamma = atan(sin_normal, s.cos_normal);
+    const float both = 0.5 * (s.cos_normal + gamma * sin_normal), lean = 0.25 * pi * sin_normal;
+    s.right = Side(1.0, sin_normal, both + lean);
+    s.left = Side(-1.0, -sin_normal, both - lean);
     return s;
 }
 
-// 3e-4 radians at worst (Abramowitz and Stegun 4.4.45), for 0…1.
+// 0.01 radians at worst: an error of 0.005 in S.
 float arc_cosine(float x) {
-    const float a = abs(x);
-    const float b = sqrt(1.0 - min(a, 1.0)) * (1.5707288 + a * (-0.2121144 + a * (0.0742610 - 0.0187293 * a)));
+    const float a = min(abs(x), 1.0);
+    const float b = (1.5707963 - 0.1565827 * a) * sqrt(1.0 - a);
     return x >= 0.0 ? b : pi - b;
 }
 
-// S at the direction (across, towards the eye), which lies to the side `way`; its ends where it is below the surface.
-float sky_until(Slice s, vec2 direction, float way) {
+// S in the direction (away from the eye's line, towards the eye); all of the side where it is below the surface.
+float sky_until(Slice s, Side side, vec2 direction) {
     const float inverse_length = inversesqrt(max(dot(direction, direction), 1e-30));
-    const float c = direction.y * inverse_length, d = direction.x * inverse_length;
-    const float to_normal = c * s.cos_normal + d * s.sin_normal;
-    if (to_normal <= 0.0)
-        return way > 0.0 ? s.high : s.low;
-    const float twice = (2.0 * c * c - 1.0) * s.cos_normal + 2.0 * c * d * s.sin_normal; // cos(2θ - γ)
-    const float side = d >= 0.0 ? 1.0 : -1.0;
-    return side * (0.25 * (s.cos_normal - twice) + 0.5 * side * arc_cosine(c) * s.sin_normal);
-}
-
-// Bits first … last - 1.
-uint sectors(float first, float last) {
-    const int from = int(clamp(first, 0.0, 32.0)), to = int(clamp(last, 0.0, 32.0));
-    const int count = to - from;
-    return count > 0 ? (0xffffffffu >> (32 - count)) << from : 0u;
+    const float c = direction.y * inverse_length;
+    const float to_normal = c * s.cos_normal + direction.x * inverse_length * side.sin_normal;
+    const float sky = 0.5 * (s.cos_normal - c * to_normal + arc_cosine(c) * side.sin_normal);
+    return to_normal > 0.0 ? sky : side.sky;
 }
 
 // What one slice has found so far.
 struct Found {
     uint hidden_sectors;
-    vec2 horizon;  // S (cosine) or sine of the elevation (hbao), of both ways
-    float hidden;  // weighted by falloff, in units of the slice's own sky (bitmask: sectors)
+    float hidden; // weighted by falloff, in units of S (bitmask: of sectors)
     vec3 hidden_direction;
     float danger;
 };
 
-void add_tap(Centre c, Slice s, vec3 d, float way, inout Found found) {
+void add_tap(Centre c, Slice s, Side side, vec3 d, inout float horizon, inout Found found) {
     const float squared = dot(d, d);
-    const float inverse_length = inversesqrt(max(squared, 1e-30));
-    const float t = squared * inverse_length / c.radius;
-    const float elevation = dot(d, c.n) * inverse_length;
-    if (t >= 1.0 || elevation <= constants.bias)
+    const float rise = dot(d, c.n);
+    // Beyond the radius, or lower than the bias.
+    if (!(squared < c.radius * c.radius && rise > 0.0 && rise * rise > constants.bias * constants.bias * squared))
         return;
-    const vec2 direction = vec2(dot(d, s.across), dot(d, c.v));
+    const vec2 direction = vec2(side.way * dot(d, s.across), dot(d, c.v));
+    const float weight = falloff_kind == 0 ? 1.0 : falloff(sqrt(squared) / c.radius);
     float share = 0.0;
     if (kind == 1) {
         const float sine = direction.y * inversesqrt(max(dot(direction, direction), 1e-30));
-        const float horizon = way > 0.0 ? found.horizon.x : found.horizon.y;
-        share = max(sine - horizon, 0.0) * falloff(t);
-        if (way > 0.0)
-            found.horizon.x = max(horizon, sine);
-        else
-            found.horizon.y = max(horizon, sine);
+        share = max(sine - horizon, 0.0) * weight;
+        horizon = max(horizon, sine);
         found.hidden += share;
     } else if (kind == 2) {
-        const float sky = sky_until(s, direction, way);
-        if (way > 0.0) {
-            share = max(found.horizon.x - sky, 0.0) * falloff(t);
-            found.horizon.x = min(found.horizon.x, sky);
-        } else {
-            share = max(sky - found.horizon.y, 0.0) * falloff(t);
-            found.horizon.y = max(found.horizon.y, sky);
-        }
+        const float sky = sky_until(s, side, direction);
+        share = max(horizon - sky, 0.0) * weight;
+        horizon = min(horizon, sky);
         found.hidden += share;
     } else {
-        const float front = sky_until(s, direction, way);
-        const float back = endless ? (way > 0.0 ? s.high : s.low)
-                                   : sky_until(s, direction - vec2(0, constants.thickness), way);
-        const float scale = 32.0 / (s.high - s.low);
-        const vec2 range = (vec2(min(front, back), max(front, back)) - s.low) * scale + 0.5;
-        const uint fresh = sectors(range.x, range.y) & ~found.hidden_sectors;
-        found.hidden_sectors |= fresh;
-        share = float(bitCount(fresh)) * falloff(t);
-        found.hidden += share;
+        // Sectors count across the slice from the left end to the right one.
+        const float scale = 32.0 / (s.left.sky + s.right.sky);
+        const float front = sky_until(s, side, direction) * side.way;
+        const float back = (endless ? side.sky : sky_until(s, side, direction - vec2(0, constants.thickness))) * side.way;
+        const vec2 range = (side.way > 0.0 ? vec2(front, back) : vec2(back, front)) + s.left.sky;
+        const uvec2 bits = min(floatBitsToUint(max(range * scale, vec2(0)) + whole) - uint(whole_bits), uvec2(32));
+        const uint sectors = bits.y > bits.x ? bitfieldInsert(0u, ~0u, int(bits.x), int(bits.y - bits.x)) : 0u;
+        if (falloff_kind != 0 || want_bent_normal || test_occluders) {
+            share = float(bitCount(sectors & ~found.hidden_sectors)) * weight;
+            found.hidden += share;
+        }
+        found.hidden_sectors |= sectors;
     }
     if (want_bent_normal)
-        found.hidden_direction += share * d * inverse_length;
+        found.hidden_direction += share * d * inversesqrt(max(squared, 1e-30));
     if (test_occluders && share > 0.0 && !was_there(c.p + d))
         found.danger += share;
 }
 
-// Marches one way. Returns whether any of it is on the screen.
-bool march(Centre c, Slice s, float way, float radius_pixels, float offset, inout Found found) {
+// Marches one side. Returns whether any of it is on the screen.
+bool march(Centre c, Slice s, Side side, float radius, float offset, inout Found found) {
+    float horizon = kind == 1 ? -side.sin_normal : side.sky; // the tangent plane
+    const float spacing = radius / float(steps);
     bool any_seen = false;
     for (uint k = 0; k < steps; ++k) {
-        float at = (float(k) + offset) / float(steps);
+        float away = spacing * (float(k) + offset);
         if (!even_steps)
-            at = pow(at, constants.step_power);
-        const float away = max(at * radius_pixels, working_pixel);
-        const vec2 pixel = c.pixel + way * away * s.step_direction;
-        if (!on_screen(pixel))
+            away = radius * pow((float(k) + offset) / float(steps), constants.step_power);
+        away = max(away, 1.0);
+        vec3 d;
+        if (!tap_vector(c, c.working + side.way * away * s.step_direction, away, d))
             break;
         any_seen = true;
-        add_tap(c, s, tap_position(pixel, away) - c.p, way, found);
+        add_tap(c, s, side, d, horizon, found);
     }
     return any_seen;
 }
@@ -135,28 +128,25 @@ bool march(Centre c, Slice s, float way, float radius_pixels, float offset, inou
 void add_horizons(Centre c, vec2 noise, inout Sum sum) {
     for (uint i = 0; i < slices; ++i) {
         const Slice s = make_slice(c, (float(i) + noise.x) / float(slices));
-        // The radius in pixels along this line: pixels need not be square.
-        const float pixel_length = length(s.step_direction * constants.pixel_to_view.xy);
-        const float radius_pixels = c.radius / (pixel_length * (perspective ? -c.p.z : 1.0));
-        Found found = Found(0u, vec2(s.high, s.low), 0.0, vec3(0), 0.0);
-        if (kind == 1) // the tangent plane's elevation
-            found.horizon = vec2(-s.sin_normal, s.sin_normal);
-        const bool right = march(c, s, 1.0, radius_pixels, noise.y, found);
-        const bool left = march(c, s, -1.0, radius_pixels, noise.y, found);
+        // The radius in texels along this line: pixels need not be square.
+        const vec2 along = s.step_direction * constants.pixel_to_view.xy * working_pixel;
+        const float radius = c.radius * inversesqrt(dot(along, along)) / (perspective ? -c.p.z : 1.0);
+        Found found = Found(0u, 0.0, vec3(0), 0.0);
+        const bool right = march(c, s, s.right, radius, noise.y, found);
+        const bool left = march(c, s, s.left, radius, noise.y, found);
         // A way that leaves the screen at once tells nothing: the other one stands for both.
-        float all = s.high - s.low;
+        const float whole_sky = s.right.sky + s.left.sky;
+        float all = right ? (left ? whole_sky : s.right.sky) : left ? s.left.sky : 0.0;
         if (kind == 1)
             all = float(right) + float(left);
-        else if (right != left)
-            all = right ? s.high : -s.low;
-        float unit = 1.0; // of `hidden`
-        if (kind == 3)
-            unit = (s.high - s.low) / 32.0;
+        const float unit = kind == 3 ? whole_sky / 32.0 : 1.0; // of `hidden`
         if (all <= 0.0)
             continue;
+        if (kind == 3 && falloff_kind == 0)
+            found.hidden = float(bitCount(found.hidden_sectors));
         const float weight = kind == 1 ? 1.0 : s.weight;
         sum.weight += weight * all;
-        sum.visible += weight * max(all - constants.strength * found.hidden * unit, kind == 1 ? -1e3 : 0.0);
+        sum.visible += weight * (all - constants.strength * found.hidden * unit);
         sum.hidden += weight * unit * found.hidden_direction;
         sum.danger += weight * unit * found.danger;
     }

@@ -1,23 +1,11 @@
 // Obscurance: what lies in front of the surface near the pixel. Vicarious Visions (SIGGRAPH 2012 course), SAO (HPG
 // 2012) and SOMA differ in falloff and in where taps lie.
+//
+// Taps lie on a spiral whose angle grows by the same step from tap to tap (`spiral`), or from pair to pair of opposite
+// taps (`mirrored-spiral`, and SOMA's `growing-circle`: offsets 2, 3, 4, 5 … of half a step/(2 + 16), mirrored, its
+// rotation matrix not given; 137.5° spreads the directions). So one rotation serves all.
 
-layout(constant_id = 19) const uint spiral_turns = 2;
-
-// Distance (share of the radius) and direction of tap i.
-vec2 tap_offset(uint i, float turn) {
-    if (pattern == 2) {
-        // SOMA: four at a time, offsets 2, 3, 4, 5 … of half a step/(2 + 16), every second one mirrored, and a rotation
-        // after every pair. Its matrix is not given; 137.5° spreads the directions.
-        const float at = float(i + 2) / float(taps + 2);
-        const float angle = 2.0 * pi * turn + float(i / 2) * 2.39996323 + float(i & 1) * pi;
-        return at * vec2(cos(angle), sin(angle));
-    }
-    const uint count = pattern == 0 ? (taps + 1) / 2 : taps;
-    const uint number = pattern == 0 ? i / 2 : i;
-    const float at = (float(number) + 0.5) / float(count);
-    const float angle = 2.0 * pi * (float(spiral_turns) * at + turn) + (pattern == 0 ? float(i & 1) * pi : 0.0);
-    return at * vec2(cos(angle), sin(angle));
-}
+layout(constant_id = 19) const bool in_pairs = false;
 
 float obscurance_of(Centre c, vec3 d) {
     const float squared = dot(d, d);
@@ -35,23 +23,24 @@ void add_obscurance(Centre c, vec2 noise, inout Sum sum) {
     float total = 0.0, count = 0.0;
     vec3 hidden = vec3(0);
     float danger = 0.0;
-    const float shift = pattern == 1 ? noise.y - 0.5 : 0.0;
+    const float angle = constants.first_angle + 2.0 * pi * noise.x;
+    const float radius = c.radius_pixels / working_pixel;
+    const float spacing = radius * constants.tap_spacing;
+    // A spiral's taps are jittered within their rings; the document's other patterns are as they are.
+    const float first = radius * constants.first_tap + (pattern == 1 ? spacing * (noise.y - 0.5) : 0.0);
+    vec2 direction = vec2(cos(angle), sin(angle));
     for (uint i = 0; i < taps; ++i) {
-        vec2 offset = tap_offset(i, noise.x);
-        if (pattern == 1)
-            offset *= (float(i) + 0.5 + shift) / (float(i) + 0.5); // jitters the distance within its ring
-        offset *= c.radius_pixels;
+        const uint number = pattern == 0 ? i / 2 : i;
         // Nearer than a pixel there is the pixel itself.
-        const float away = length(offset);
-        if (away < working_pixel)
-            offset *= working_pixel / max(away, 1e-6);
-        const vec2 at = c.pixel + offset;
-        if (!on_screen(at))
+        const float away = max(first + spacing * float(number), 1.0);
+        const vec2 offset = in_pairs && (i & 1) != 0 ? -direction : direction;
+        if (!in_pairs || (i & 1) != 0)
+            direction = vec2(direction.x * constants.turn.x - direction.y * constants.turn.y,
+                             direction.x * constants.turn.y + direction.y * constants.turn.x);
+        vec3 d;
+        if (!tap_vector(c, c.working + away * offset, away, d))
             continue;
         count += 1.0;
-        const vec3 d = tap_position(at, max(away, working_pixel)) - c.p;
-        if (is_pyramid_sky(-d.z))
-            continue;
         const float share = obscurance_of(c, d);
         total += share;
         if (want_bent_normal)

@@ -5,7 +5,7 @@ layout(local_size_x = 16, local_size_y = 16) in;
 
 layout(constant_id = 3) const bool device_depth = false;
 layout(constant_id = 4) const uint half_choice = 0; // checkerboard, nearest, farthest
-layout(constant_id = 5) const uint mip_mode = 1;    // none, rotated, farthest
+layout(constant_id = 5) const uint mip_mode = 1;    // none, rotated, farthest, centre
 
 layout(set = 0, binding = 0) uniform sampler2D depth_image;
 layout(set = 0, binding = 1) uniform writeonly image2D mip_0;
@@ -53,6 +53,9 @@ float farthest_mean(vec4 z) {
     return dot(mix(z, vec4(0), greaterThanEqual(z, vec4(sky_depth))), weights) / dot(weights, vec4(1));
 }
 
+// The texel of the finest level that texel q of level m is.
+ivec2 picked_base(ivec2 q, int m) { return mip_mode == 1 ? rotated_base(q, m) : (q << m) + (1 << m >> 1); }
+
 void write_mip(int m, ivec2 q, float z) {
     if (m == 1)
         imageStore(mip_1, q, vec4(z));
@@ -78,10 +81,10 @@ void main() {
     if (mip_mode == 0)
         return;
     barrier();
-    if (mip_mode == 1) {
+    if (mip_mode != 2) {
         // 256 + 64 + 16 + 4 + 1 texels: the first level has a thread for each, the others share the threads.
         const int index = int(gl_LocalInvocationIndex);
-        ivec2 base = rotated_base(origin / 2 + thread, 1) - origin;
+        ivec2 base = picked_base(origin / 2 + thread, 1) - origin;
         imageStore(mip_1, origin / 2 + thread, vec4(tile[base.y][base.x]));
         const int m = index < 64 ? 2 : index < 80 ? 3 : index < 84 ? 4 : 5;
         const int first = index < 64 ? 0 : index < 80 ? 64 : index < 84 ? 80 : 84;
@@ -89,7 +92,7 @@ void main() {
             const int bits = 5 - m; // of a side's texel number
             const int n = index - first;
             const ivec2 q = (origin >> m) + ivec2(n & ((1 << bits) - 1), n >> bits);
-            base = rotated_base(q, m) - origin;
+            base = picked_base(q, m) - origin;
             write_mip(m, q, tile[base.y][base.x]);
         }
         return;

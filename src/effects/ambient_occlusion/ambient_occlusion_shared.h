@@ -31,8 +31,11 @@ struct AmbientOcclusionConstants {
     float strength; // factor on the mean over taps
     float power;
     float step_power;
-    float mip_rate;
-    float turns; // of the spiral
+    float mip_scale;   // 2^-rate: taps this many times farther use the next level
+    float first_angle; // of the pattern
+    float first_tap;   // shares of the radius
+    float tap_spacing;
+    vec2 turn; // cosine and sine of the angle from tap to tap
     float guard_band;
     float noise_shift;     // moves the noise from frame to frame, pixels
     float block_shift;     // the same for the pattern of 4×4 pixels
@@ -47,7 +50,6 @@ struct AmbientOcclusionConstants {
     float upsample_scale; // 1 / the tolerated difference of depth
     float upsample_limit;
     float padding_0;
-    float padding_1;
 };
 
 #ifdef __cplusplus

@@ -17,7 +17,7 @@ constexpr const char* normalisations[] = {"calibrated", "vicarious-visions", "pl
 constexpr const char* noises[] = {"none", "gradient-noise", "hash", "blocks"};
 constexpr const char* resolutions[] = {"full", "half"};
 constexpr const char* half_depths[] = {"checkerboard", "nearest", "farthest"};
-constexpr const char* depth_mips[] = {"none", "rotated", "farthest"};
+constexpr const char* depth_mips[] = {"none", "rotated", "farthest", "centre"};
 constexpr const char* storages[] = {"full", "half"};
 constexpr const char* normal_sources[] = {"given", "derived"};
 constexpr const char* normal_spaces[] = {"view", "world"};
@@ -69,8 +69,8 @@ constexpr ParameterInfo rows[] = {
     parameter<&P::half_depth>("half_depth", half_depths, "Which of four depths stands for them at half resolution.",
                               parameter_advanced),
     parameter<&P::depth_mips>("depth_mips", depth_mips,
-                              "Coarser depths for distant taps: none, picked on a rotated grid, or averages that lean "
-                              "to the farthest.",
+                              "Coarser depths for distant taps: none, picked on a rotated grid, averages that lean to "
+                              "the farthest, or the middle one picked.",
                               parameter_advanced),
     parameter<&P::mip_rate>("mip_rate", "log2 px", 0.0, 8.0, "Taps nearer than two to this use the finest depths.",
                             parameter_advanced),
