@@ -47,7 +47,7 @@ double smoothstep(double a, double b, double x) {
 }
 
 // An order on vectors without ties, so that a reduction in any order gives the same one: by length, then by x, then by
-// y.
+// y. The shaders compare the stored bits of vectors of one length instead.
 bool longer(Vector a, Vector b) {
     return std::make_tuple(dot(a, a), a.x, a.y) > std::make_tuple(dot(b, b), b.x, b.y);
 }

@@ -32,12 +32,7 @@ float effective_shutter(const Frame& frame, const MotionBlurParameters& paramete
 uint32_t tile_size(const MotionBlurParameters& parameters, Extent extent) {
     const auto radius = static_cast<uint32_t>(std::ceil(parameters.radius * static_cast<float>(extent.height)));
     const uint32_t wanted = parameters.tile > 0 ? static_cast<uint32_t>(parameters.tile) : radius;
-    uint32_t size = std::clamp((wanted + 7) / 8 * 8, 8u, largest_tile);
-    // An indirect dispatch may have 65535 workgroups in y, one a tile.
-    while (size < largest_tile &&
-           uint64_t{(extent.width + size - 1) / size} * ((extent.height + size - 1) / size) > 65535)
-        size += 8;
-    return size;
+    return std::clamp((wanted + 7) / 8 * 8, 8u, largest_tile);
 }
 
 namespace {

@@ -259,7 +259,8 @@ Best best_of_all(Best mine, inout uint spread, bool has_spread, uint slot) {
         }
         barrier();
     }
-    spread = spread_of[0];
+    if (has_spread)
+        spread = spread_of[0];
     mine = best_of[slot * 256u];
     return mine.key == 0u ? Best(0u, zero_vector(is_packed)) : mine;
 }
