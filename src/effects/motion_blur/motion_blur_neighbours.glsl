@@ -38,6 +38,8 @@ bool reaches(Tile tile, ivec2 offset) {
     if (dilation == 1 && !diagonal && !test_edge_neighbours)
         return true;
     const vec2 v = tile.longest;
+    if (dilation == 2 && v == vec2(0))
+        return false;
     const float l = length(v);
     const float half_size = float(tile_size) + (l > 0.0 ? abs(cross_product(tile.widest, v)) / l : 0.0);
     const float limit = dilation == 2 ? 1.0 + abs(constants.centre) : 1e30;
@@ -81,21 +83,52 @@ uint greatest_of_tile(uint mine) {
 }
 #endif
 
-// Invocation `rank` of `count` that share the tile.
-void find(ivec2 tile, ivec2 tiles, uint rank, uint count, bool is_inside) {
+// A tile around another one.
+struct Around {
+    Tile tile;
+    ivec2 offset;
+    bool exists, does_reach;
+};
+
+Around around(ivec2 tile, ivec2 tiles, int i) {
     const int side = 2 * rings + 1;
-    const uint none = zero_vector(is_packed);
-    Best longest = Best(0u, none);
-    for (int i = int(rank); i < side * side; i += int(count)) {
-        const ivec2 offset = ivec2(i % side, i / side) - rings;
-        const ivec2 other = tile + offset;
-        if (any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
-            continue;
-        const Tile t = tile_at(other);
-        const Best it = best_by_length(t.longest_code, t.longest);
-        if (uintBitsToFloat(it.key) >= still_length * still_length && reaches(t, offset))
-            longest = better(longest, it);
+    Around a;
+    a.offset = ivec2(i % side, i / side) - rings;
+    const ivec2 at = tile + a.offset;
+    a.exists = i < side * side && all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, tiles));
+    a.does_reach = false;
+    if (a.exists) {
+        a.tile = tile_at(at);
+        a.does_reach = reaches(a.tile, a.offset);
     }
+    return a;
+}
+
+void take_longest(inout Best longest, Around a) {
+    const Best it = best_by_length(a.tile.longest_code, a.tile.longest);
+    if (a.exists && a.does_reach && uintBitsToFloat(it.key) >= still_length * still_length)
+        longest = better(longest, it);
+}
+
+void take_others(inout Best widest, inout uint spread, Around a, vec2 n, int own_rings) {
+    if (a.exists && (a.does_reach || max(abs(a.offset.x), abs(a.offset.y)) <= own_rings))
+        spread = max(spread, floatBitsToUint(distance(a.tile.longest, n) + a.tile.spread));
+    if (a.exists && a.does_reach)
+        widest = better(widest, better(best_by_width(a.tile.longest_code, a.tile.longest, n),
+                                       best_by_width(a.tile.widest_code, a.tile.widest, n)));
+}
+
+// Invocation `rank` of `count` that share the tile. There are few tiles around: the first of each invocation, which is
+// mostly all, is looked at once.
+void find(ivec2 tile, ivec2 tiles, uint rank, uint count, bool is_inside) {
+    const int most = (2 * rings + 1) * (2 * rings + 1);
+    const uint none = zero_vector(is_packed);
+    const Tile own = tile_at(tile);
+    const Around first = around(tile, tiles, int(rank));
+    Best longest = Best(0u, none);
+    take_longest(longest, first);
+    for (int i = int(rank + count); i < most; i += int(count))
+        take_longest(longest, around(tile, tiles, i));
     longest = best_of_tile(longest);
     const vec2 n = vector_of(longest.code, is_packed, constants.radius);
     const float l = sqrt(uintBitsToFloat(longest.key));
@@ -103,21 +136,11 @@ void find(ivec2 tile, ivec2 tiles, uint rank, uint count, bool is_inside) {
     uint spread = 0u;
     if (longest.key != 0u) { // the same for all that share the tile; otherwise it is still
         // Whether motion is even concerns what reaches the tile, and what its own vectors reach.
-        const float own_reach = length(tile_at(tile).longest) * (1.0 + abs(constants.centre));
+        const float own_reach = length(own.longest) * (1.0 + abs(constants.centre));
         const int own_rings = int(ceil(own_reach / float(tile_size)));
-        for (int i = int(rank); i < side * side; i += int(count)) {
-            const ivec2 offset = ivec2(i % side, i / side) - rings;
-            const ivec2 other = tile + offset;
-            if (any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
-                continue;
-            const Tile t = tile_at(other);
-            const bool does_reach = reaches(t, offset);
-            if (does_reach || max(abs(offset.x), abs(offset.y)) <= own_rings)
-                spread = max(spread, floatBitsToUint(distance(t.longest, n) + t.spread));
-            if (does_reach)
-                widest = better(widest, better(best_by_width(t.longest_code, t.longest, n),
-                                               best_by_width(t.widest_code, t.widest, n)));
-        }
+        take_others(widest, spread, first, n, own_rings);
+        for (int i = int(rank + count); i < most; i += int(count))
+            take_others(widest, spread, around(tile, tiles, i), n, own_rings);
     }
     spread = greatest_of_tile(spread);
     widest = best_of_tile(widest);
