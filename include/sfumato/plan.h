@@ -63,7 +63,7 @@ struct Access {
 
 enum class DispatchKind {
     texels,   // one invocation a texel of `target`
-    groups,   // one workgroup a texel of `target`
+    groups,   // one workgroup for every `block` texels of `target`
     indirect, // VkDispatchIndirectCommand at `offset` bytes into the buffer `target`
 };
 
@@ -72,6 +72,7 @@ struct Dispatch {
     ResourceId target = no_resource;
     uint32_t mip = 0;
     uint64_t offset = 0;
+    Extent block{1, 1};
 };
 
 enum class Barrier { none, memory, memory_and_indirect };

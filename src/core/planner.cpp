@@ -153,6 +153,8 @@ std::string check_dispatch(const Plan& plan, const Pass& pass, const Written& wr
     if (dispatch.target >= plan.resources.size())
         return "dispatches over no resource";
     const Resource& target = plan.resources[dispatch.target];
+    if (!dispatch.block)
+        return "dispatches over blocks of no texels";
     if (dispatch.kind != DispatchKind::indirect)
         return target.extent && dispatch.mip < target.mips
                    ? ""

@@ -51,7 +51,11 @@ Result<ResolvedPlan> ExecutorState::resolve(const Plan& plan, std::span<const Im
     for (size_t i = 0; i < plan.passes.size(); ++i) {
         if (auto set = write_set(plan, plan.passes[i], images, resolved, resolved.passes[i]); !set)
             return fail(set.error());
-        if (auto constants = write_constants(plan.passes[i], resolved.passes[i]); !constants)
+        if (i > 0 && plan.passes[i].constants == plan.passes[i - 1].constants) {
+            // One copy for passes in a row, which the device finds in its caches.
+            resolved.passes[i].constants_set = resolved.passes[i - 1].constants_set;
+            resolved.passes[i].constants_offset = resolved.passes[i - 1].constants_offset;
+        } else if (auto constants = write_constants(plan.passes[i], resolved.passes[i]); !constants)
             return fail(constants.error());
     }
     return resolved;
@@ -186,8 +190,9 @@ Result<void> ExecutorState::dispatch_size(const Plan& plan, const Pass& pass, Re
     const uint32_t width = std::max(1u, target.extent.width >> pass.dispatch.mip);
     const uint32_t height = std::max(1u, target.extent.height >> pass.dispatch.mip);
     const auto& local = out.pipeline->local_size;
+    const Extent block = pass.dispatch.block;
     if (pass.dispatch.kind == DispatchKind::groups)
-        out.groups = {width, height, 1};
+        out.groups = {(width + block.width - 1) / block.width, (height + block.height - 1) / block.height, 1};
     else
         out.groups = {(width + local[0] - 1) / local[0], (height + local[1] - 1) / local[1], 1};
     if (out.groups[0] > 65535 || out.groups[1] > 65535)

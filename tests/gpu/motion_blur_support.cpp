@@ -149,6 +149,7 @@ reference::MotionBlurSettings settings_of(const MotionBlurParameters& p, const F
     s.mutual_weight = double{p.weight_mutual};
     s.centre_weight = double{p.weight_centre};
     s.iterations = p.iterations;
+    s.is_steady = p.iterations == 1 && !p.animate_jitter;
     s.frame = p.animate_jitter ? static_cast<int>(frame.index % 64) : 0;
     return s;
 }

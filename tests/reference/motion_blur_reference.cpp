@@ -47,7 +47,7 @@ double smoothstep(double a, double b, double x) {
 }
 
 // An order on vectors without ties, so that a reduction in any order gives the same one: by length, then by x, then by
-// y.
+// y. The shaders compare the stored bits of vectors of one length instead.
 bool longer(Vector a, Vector b) {
     return std::make_tuple(dot(a, a), a.x, a.y) > std::make_tuple(dot(b, b), b.x, b.y);
 }
@@ -171,24 +171,26 @@ double jitter(TapJitter kind, int x, int y, int frame) {
     return 0;
 }
 
-// Four 8-bit channels. Velocity: 128 is zero and decodes to exactly zero, 1 and 255 are the ends. Depth: sixteen bits
-// of its logarithm from 2^-12 to 2^20, high byte first; the step is 0.034 % of the depth anywhere, which is what a
-// relative comparison wants. 65535 is sky.
+// Four 8-bit channels. Velocity: 128 is zero and decodes to exactly zero, 1 and 255 are the ends. Depth: sixteen bits,
+// high byte first: a float of five bits of exponent and eleven of mantissa, from 2^-12 to 2^20; the step is at most
+// 0.05 % of the depth, which is what a relative comparison wants. 65535 is sky and whatever lies beyond.
 std::array<int, 4> pack(Vector v, double depth, double radius_pixels) {
     const auto channel = [radius_pixels](double value) {
-        return std::clamp(128 + static_cast<int>(std::floor(value / radius_pixels * 127 + 0.5)), 1, 255);
+        return std::clamp(128 + static_cast<int>(std::nearbyint(value / radius_pixels * 127)), 1, 255);
     };
     int code = 65535;
     if (!is_sky(depth)) {
-        const double octave = depth > 0 ? std::log2(depth) : -12.0;
-        code = std::clamp(static_cast<int>(std::floor((octave + 12) / 32 * 65534 + 0.5)), 0, 65534);
+        int exponent = 0;
+        const double mantissa = std::frexp(std::max(depth, std::ldexp(1.0, -12)), &exponent); // [0.5, 1)
+        const double step = (exponent - 1 + 12) * 2048.0 + std::floor((2 * mantissa - 1) * 2048 + 0.5);
+        code = static_cast<int>(std::min(step, 65535.0));
     }
     return {channel(v.x), channel(v.y), code / 256, code % 256};
 }
 
 std::array<double, 3> unpack(const std::array<int, 4>& code, double radius_pixels) {
     const int depth = code[2] * 256 + code[3];
-    const double z = depth == 65535 ? sky_depth : std::exp2(depth / 65534.0 * 32 - 12);
+    const double z = depth == 65535 ? sky_depth : std::ldexp(1 + depth % 2048 / 2048.0, depth / 2048 - 12);
     return {(code[0] - 128) / 127.0 * radius_pixels, (code[1] - 128) / 127.0 * radius_pixels, z};
 }
 
@@ -701,6 +703,9 @@ std::array<double, 4> gather_uniform(const Gather& g, double j) {
     if (g.here.speed < still_length)
         return g.here.colour;
     const int taps = g.tap_count(g.here.speed, g.settings.taps);
+    // Bilinear taps up to two pixels apart leave nothing out, so that noise has nothing to hide.
+    if (g.settings.is_steady && 2 * g.here.speed / taps <= 2)
+        j = 0;
     Sum sum;
     for (int i = 0; i < taps; ++i) {
         const double u = tap_place(i, taps, j);

@@ -127,6 +127,7 @@ struct MotionBlurSettings {
     double centre_weight = 0.5;
     int iterations = 1;
     int frame = 0;
+    bool is_steady = true; // no other noise will follow, of iterations or frames
 };
 
 // ---- stages ----

@@ -340,6 +340,10 @@ TEST(CheckPlan, finds_every_defect) {
          [](Planner& p) {
              add(p, {}, {DispatchKind::texels, p.transient("a", format, extent), 1, 0});
          }},
+        {"blocks of no texels",
+         [](Planner& p) {
+             add(p, {}, {DispatchKind::groups, p.transient("a", format, extent), 0, 0, {4, 0}});
+         }},
         {"holds no command",
          [](Planner& p) {
              const ResourceId a = p.buffer("a", 20);

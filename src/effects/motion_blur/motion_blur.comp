@@ -1,4 +1,4 @@
-// passes: velocity velocity_subgroups neighbours gather debug
+// passes: velocity velocity_subgroups neighbours neighbours_subgroups gather debug
 // Motion blur on tiles. Follows Bukowski, Hennessy, McGuire, Osman, Scalable High Quality Motion Blur and Ambient
 // Occlusion (SIGGRAPH 2012 course), and McGuire et al., A Reconstruction Filter for Plausible Motion Blur (I3D 2012);
 // the weightings `guertin` (HPG 2014) and `jimenez` (SIGGRAPH 2014 course) are those of their authors, `coverage` is our
@@ -13,6 +13,12 @@
 #ifdef PASS_velocity_subgroups
 #define PASS_velocity
 #define SUBGROUPS
+#endif
+#ifdef PASS_neighbours_subgroups
+#define PASS_neighbours
+#define SUBGROUPS
+#endif
+#ifdef SUBGROUPS
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #endif
 

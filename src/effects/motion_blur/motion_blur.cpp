@@ -13,6 +13,10 @@ namespace sfumato {
 
 // The velocity pass keeps a tile in shared memory; larger radii take more rings of tiles.
 constexpr uint32_t largest_tile = 32;
+// Pixels of a thread of the velocity pass; fewer where it repairs edges, which takes registers.
+constexpr uint32_t velocity_pixels = 8, velocity_pixels_with_repair = 4;
+// Pixels of a thread of the gather, 1, 2 or 4: their own colours are loaded together.
+constexpr uint32_t gather_pixels = 2;
 
 float effective_shutter(const Frame& frame, const MotionBlurParameters& parameters) {
     // A fraction of a frame at the reference rate, as a fraction of this frame.
@@ -28,12 +32,7 @@ float effective_shutter(const Frame& frame, const MotionBlurParameters& paramete
 uint32_t tile_size(const MotionBlurParameters& parameters, Extent extent) {
     const auto radius = static_cast<uint32_t>(std::ceil(parameters.radius * static_cast<float>(extent.height)));
     const uint32_t wanted = parameters.tile > 0 ? static_cast<uint32_t>(parameters.tile) : radius;
-    uint32_t size = std::clamp((wanted + 7) / 8 * 8, 8u, largest_tile);
-    // An indirect dispatch may have 65535 workgroups in y, one a tile.
-    while (size < largest_tile &&
-           uint64_t{(extent.width + size - 1) / size} * ((extent.height + size - 1) / size) > 65535)
-        size += 8;
-    return size;
+    return std::clamp((wanted + 7) / 8 * 8, 8u, largest_tile);
 }
 
 namespace {
@@ -59,8 +58,7 @@ struct Setup {
     Extent tiles;
     float radius; // pixels
     MotionBlurConstants constants{};
-    ResourceId surface = no_resource, tile_image = no_resource, tile_spread = no_resource, neighbours = no_resource;
-    ResourceId tile_classes = no_resource, lists = no_resource;
+    ResourceId surface = no_resource, tile_image = no_resource, neighbours = no_resource;
     ResourceId colour = no_resource, output = no_resource;
 
     bool is_packed() const { return parameters.storage == VelocityStorage::packed; }
@@ -114,6 +112,7 @@ void set_constants(Setup& s) {
     const auto height = static_cast<float>(s.extent.height);
     set_cameras(s);
     c.size = {static_cast<float>(s.extent.width), height};
+    c.inverse_size = {1.0f / c.size.x, 1.0f / c.size.y};
     c.velocity_ratio = ratio(s.images.velocity, s.extent);
     c.next_velocity_ratio = ratio(s.images.next_velocity, s.extent);
     c.depth_ratio = ratio(s.images.depth, s.extent);
@@ -161,9 +160,7 @@ void plan_velocity(Planner& planner, Setup& s) {
     };
     s.surface =
         planner.transient("velocity and depth", s.is_packed() ? VK_FORMAT_R32_UINT : VK_FORMAT_R32G32_UINT, s.extent);
-    s.tile_image = planner.transient("tile maximum", VK_FORMAT_R32G32B32A32_SFLOAT, s.tiles);
-    s.tile_spread = planner.transient("tile spread", VK_FORMAT_R32_SFLOAT, s.tiles);
-    s.lists = planner.buffer("tile lists", 48 + uint64_t{12} * s.tiles.width * s.tiles.height);
+    s.tile_image = planner.transient("tile maximum", VK_FORMAT_R32G32B32A32_UINT, s.tiles);
     const auto layer = [](const Image& image, LayerBlend blend) {
         return image ? static_cast<uint32_t>(blend) + 1 : 0;
     };
@@ -184,7 +181,8 @@ void plan_velocity(Planner& planner, Setup& s) {
                            bool(i.layer_2_mask),
                            bool(i.exclusion_mask),
                            s.same_size(),
-                           s.tile * s.tile / 4};
+                           s.tile * s.tile /
+                               (s.parameters.repair_edges ? velocity_pixels_with_repair : velocity_pixels)};
     pass.accesses = {input("velocity", 2, i.velocity),
                      input("next velocity", 3, i.next_velocity),
                      input("depth", 1, i.depth),
@@ -194,44 +192,36 @@ void plan_velocity(Planner& planner, Setup& s) {
                      input("layer 2 mask", 7, i.layer_2_mask),
                      input("exclusion mask", 8, i.exclusion_mask),
                      write(s.surface),
-                     write(s.tile_image),
-                     write(s.tile_spread),
-                     {s.lists, AccessKind::buffer_write, 0, false}};
+                     write(s.tile_image)};
     pass.constants = constants_of(s.constants);
-    pass.dispatch = {DispatchKind::groups, s.tile_image, 0, 0};
+    pass.dispatch = {DispatchKind::groups, s.tile_image};
 }
 
 void plan_neighbours(Planner& planner, Setup& s) {
-    s.neighbours = planner.transient("neighbour maximum", VK_FORMAT_R32G32B32A32_SFLOAT, s.tiles);
-    s.tile_classes = planner.transient("tile class", VK_FORMAT_R32_SFLOAT, s.tiles);
+    s.neighbours = planner.buffer("neighbour maximum", uint64_t{8} * s.tiles.width * s.tiles.height);
     const float reach = s.radius * (1.0f + std::abs(s.constants.centre));
     const auto rings = std::max(1u, static_cast<uint32_t>(std::ceil(reach / static_cast<float>(s.tile))));
     Pass& pass = planner.pass("neighbours", shader::neighbours);
+    pass.subgroup_shader = shader::neighbours_subgroups;
     pass.specialization = {s.tile,
+                           s.is_packed(),
                            rings,
                            static_cast<uint32_t>(s.parameters.dilation),
                            s.parameters.test_edge_neighbours,
-                           s.parameters.tile_classes,
-                           s.tile / 8};
-    pass.accesses = {read(s.tile_image),
-                     read(s.tile_spread),
-                     write(s.neighbours),
-                     write(s.tile_classes),
-                     {s.lists, AccessKind::buffer_write, 0, false}};
+                           s.parameters.tile_classes};
+    pass.accesses = {read(s.tile_image), {s.neighbours, AccessKind::buffer_write, 0, false}};
     pass.constants = constants_of(s.constants);
-    pass.dispatch = {DispatchKind::texels, s.neighbours, 0, 0};
+    pass.dispatch = {DispatchKind::groups, s.tile_image, 0, 0, {4, 1}};
 }
 
-void plan_gather(Planner& planner, Setup& s, uint32_t tile_class, ResourceId mean, ResourceId target) {
+void plan_gather(Planner& planner, Setup& s, ResourceId mean, ResourceId target) {
     const MotionBlurParameters& p = s.parameters;
-    static constexpr const char* names[] = {"gather still", "gather uniform", "gather"};
     uint32_t debug = 0;
     if (p.debug_view == MotionBlurView::taps || p.debug_view == MotionBlurView::share)
         debug = p.debug_view == MotionBlurView::taps ? 1 : 2;
-    Pass& pass = planner.pass(names[tile_class], shader::gather);
+    Pass& pass = planner.pass("gather", shader::gather);
     pass.specialization = {s.tile,
                            s.is_packed(),
-                           tile_class,
                            static_cast<uint32_t>(p.weighting),
                            static_cast<uint32_t>(p.taps),
                            p.taps_per_pixel > 0.0f,
@@ -246,18 +236,26 @@ void plan_gather(Planner& planner, Setup& s, uint32_t tile_class, ResourceId mea
                            p.filter_taps,
                            static_cast<uint32_t>(p.search_taps),
                            static_cast<uint32_t>(p.least_taps),
-                           p.second_direction};
-    pass.accesses = {{s.colour, AccessKind::filter, 0, false},     read(s.surface),    read(s.neighbours), read(mean),
-                     {s.lists, AccessKind::buffer_read, 0, false}, write(target, true)};
+                           p.second_direction,
+                           256 / gather_pixels,
+                           p.iterations == 1 && !p.animate_jitter};
+    pass.accesses = {{s.colour, AccessKind::filter, 0, false},
+                     read(s.surface),
+                     read(mean),
+                     {s.neighbours, AccessKind::buffer_read, 0, false},
+                     write(target)};
     pass.constants = constants_of(s.constants);
-    pass.dispatch = {DispatchKind::indirect, s.lists, 0, tile_class * 12};
+    pass.dispatch = {DispatchKind::groups, target, 0, 0, {16, 16}};
 }
 
 void plan_debug(Planner& planner, Setup& s, uint32_t view) {
     Pass& pass = planner.pass("debug", shader::debug);
     pass.specialization = {s.tile, s.is_packed(), view};
-    pass.accesses = {read(s.colour),     read(s.surface),      read(s.tile_image),
-                     read(s.neighbours), read(s.tile_classes), write(s.output)};
+    pass.accesses = {read(s.colour),
+                     read(s.surface),
+                     read(s.tile_image),
+                     {s.neighbours, AccessKind::buffer_read, 0, false},
+                     write(s.output)};
     pass.constants = constants_of(s.constants);
     pass.dispatch = {DispatchKind::texels, s.output, 0, 0};
 }
@@ -297,8 +295,7 @@ Plan plan_motion_blur(const Frame& frame, const MotionBlurParameters& parameters
         // Full precision between iterations: they are for quality, and rounding would bias the mean.
         const ResourceId target = is_last ? s.output : planner.transient("mean", VK_FORMAT_R32G32B32A32_SFLOAT, extent);
         set_iteration(s, iteration);
-        for (uint32_t tile_class = 0; tile_class < 3; ++tile_class)
-            plan_gather(planner, s, tile_class, mean, target);
+        plan_gather(planner, s, mean, target);
         mean = target;
     }
     return std::move(planner).finish();

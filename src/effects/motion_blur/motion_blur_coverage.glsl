@@ -32,7 +32,11 @@ void add(inout Share part, Tap tap, Tap here, float w) {
     part.share += w;
 }
 
-bool moves_alike(Tap a, Tap b) { return distance(a.v, b.v) <= alike * max(a.speed, b.speed); }
+bool moves_alike(Tap a, Tap b) {
+    const vec2 d = a.v - b.v;
+    const float limit = alike * max(a.speed, b.speed);
+    return dot(d, d) <= limit * limit;
+}
 
 bool passes_in_front(Tap tap, Tap here) {
     return tap.speed >= still_length && tap.z < here.z - soft(here.z, tap.z) && !moves_alike(tap, here);
@@ -72,21 +76,27 @@ Share walk_front(vec2 pixel, Tap here, vec2 n, float j, float phase) {
     float weight = 0.0;
     float deviation = 0.0;
     int hits = 0;
-    for (int i = 0; i < count; ++i) {
-        const vec2 offset = -(reach * tap_place(i, count, phase)) * n;
-        const Tap tap = surface_tap(pixel, offset);
-        if (!passes_in_front(tap, here))
-            continue;
-        const Arrival a = arrival(tap, offset);
-        // Taps whose paths come close to the pixel tell most of what passes over it. The line has no sign.
-        const float w = clamp(3.0 * (1.2 - abs(a.u)), 0.0, 1.0) *
-                            clamp(2.0 - a.miss / (1.0 + 0.5 * length(offset)), 0.0, 1.0) +
-                        1e-6;
-        const vec2 v = dot(tap.v, n) < 0.0 ? -tap.v : tap.v;
-        mean += w * v;
-        weight += w;
-        deviation = max(deviation, distance(v, n));
-        ++hits;
+    for (int first = 0; first < count; first += 2) { // two under way at once
+        Tap pair[2];
+        [[unroll]] for (int k = 0; k < 2; ++k)
+            if (first + k < count)
+                pair[k] = surface_tap(pixel, -(reach * tap_place(first + k, count, phase)) * n);
+        [[unroll]] for (int k = 0; k < 2; ++k) {
+            if (first + k >= count || !passes_in_front(pair[k], here))
+                continue;
+            const Tap tap = pair[k];
+            const vec2 offset = -(reach * tap_place(first + k, count, phase)) * n;
+            const Arrival a = arrival(tap, offset);
+            // Taps whose paths come close to the pixel tell most of what passes over it. The line has no sign.
+            const float w = clamp(3.0 * (1.2 - abs(a.u)), 0.0, 1.0) *
+                                clamp(2.0 - a.miss / (1.0 + 0.5 * length(offset)), 0.0, 1.0) +
+                            1e-6;
+            const vec2 v = dot(tap.v, n) < 0.0 ? -tap.v : tap.v;
+            mean += w * v;
+            weight += w;
+            deviation = max(deviation, distance(v, n));
+            ++hits;
+        }
     }
     used_taps += float(count);
     if (hits == 0)
@@ -158,11 +168,10 @@ vec4 gather_coverage(vec2 pixel, Tap here, vec2 n, vec2 second, float j, float p
             const vec2 offset = -s * here.v + s * s * a;
             if (!is_inside(pixel, offset))
                 continue; // unknown, as if hidden
-            Tap tap = surface_tap(pixel, offset);
+            Tap tap = tap_at(pixel, offset); // most need the colour: both are under way at once
             const float open = shutter_weight(u);
             const float away = (tap.z - here.z) / soft(here.z, tap.z);
             if (moves_alike(tap, here) || abs(away) <= 1.0) {
-                fetch_colour(tap, pixel, offset);
                 own_time += open;
                 add(own, tap, here, open);
             } else if (away > 1.0) {
@@ -173,7 +182,6 @@ vec4 gather_coverage(vec2 pixel, Tap here, vec2 n, vec2 second, float j, float p
                 back_time += open;
                 add(back, tap, here, open / (near * near));
             } else if (!search && !search_second && passes_in_front(tap, here)) {
-                fetch_colour(tap, pixel, offset);
                 const float spacing = 2.0 * here.speed / float(count);
                 add(front, tap, here, front_share(tap, arrival(tap, offset), spacing));
             }

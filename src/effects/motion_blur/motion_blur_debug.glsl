@@ -8,10 +8,9 @@ layout(constant_id = 2) const uint view = 0; // velocity, depth, tile maximum, n
 
 layout(set = 0, binding = 0) uniform sampler2D colour_image;
 layout(set = 0, binding = 1) uniform usampler2D surface_image;
-layout(set = 0, binding = 2) uniform sampler2D tile_image;
-layout(set = 0, binding = 3) uniform sampler2D neighbour_image;
-layout(set = 0, binding = 4) uniform sampler2D class_image;
-layout(set = 0, binding = 5) uniform writeonly image2D output_image;
+layout(set = 0, binding = 2) uniform usampler2D tile_image;
+layout(set = 0, binding = 3) readonly buffer Neighbours { uvec2 vectors[]; } neighbours;
+layout(set = 0, binding = 4) uniform writeonly image2D output_image;
 
 // Direction as hue, length against the maximum radius as brightness.
 vec3 vector_colour(vec2 v) {
@@ -28,20 +27,20 @@ void main() {
     const uvec2 code = texelFetch(surface_image, pixel, 0).xy;
     const Surface s = is_packed ? unpack_8_bit(code.x, constants.radius) : unpack_half(code);
     const ivec2 tile = pixel / tile_size;
+    const uvec2 codes = neighbours.vectors[tile.y * textureSize(tile_image, 0).x + tile.x];
     vec3 shown;
     if (view == 0)
         shown = vector_colour(s.v);
     else if (view == 1)
         shown = vec3(is_sky(s.z) ? 0.0 : 1.0 / (1.0 + 0.1 * s.z));
     else if (view == 2)
-        shown = vector_colour(texelFetch(tile_image, tile, 0).xy);
+        shown = vector_colour(vector_of(texelFetch(tile_image, tile, 0).x, is_packed, constants.radius));
     else if (view == 3)
-        shown = vector_colour(texelFetch(neighbour_image, tile, 0).xy);
+        shown = vector_colour(vector_of(codes.x, is_packed, constants.radius));
     else {
-        const float tile_class = texelFetch(class_image, tile, 0).x;
-        const vec3 tint = tile_class < 0.5   ? vec3(0.1, 0.3, 1.0)
-                          : tile_class < 1.5 ? vec3(0.1, 0.9, 0.2)
-                                             : vec3(1.0, 0.2, 0.1);
+        const vec3 tint = codes.x == zero_vector(is_packed) ? vec3(0.1, 0.3, 1.0)
+                          : codes.y == uniform_mark         ? vec3(0.1, 0.9, 0.2)
+                                                            : vec3(1.0, 0.2, 0.1);
         const float grey = luminance(sane(texelFetch(colour_image, pixel, 0)).rgb);
         shown = tint * (0.25 + 0.75 * grey / (1.0 + grey));
     }

@@ -1,34 +1,37 @@
-// The gather: a workgroup is four 8×8 blocks of a tile from the list of the class at hand, or copies four rows of blocks.
-// Sums are kept as differences
-// from the pixel's own colour: where no tap weighs anything, the pixel comes out bit for bit.
+// The gather: a workgroup takes 16×16 pixels, a thread several of them, and what is done with a pixel hangs on the class of
+// its tile: still tiles are copied, in uniform ones no tap is compared, the others run in full. Sums are kept as
+// differences from the pixel's own colour where taps are weighted: where none weighs anything, the pixel comes out bit
+// for bit.
 
-layout(local_size_x = 8, local_size_y = 8, local_size_z = 4) in;
+layout(local_size_x_id = 17) in; // 256 over the pixels of a thread
 
 layout(constant_id = 0) const uint tile_size = 32;
 layout(constant_id = 1) const bool is_packed = false;
-layout(constant_id = 2) const uint tile_class = 2; // still, uniform, full
-layout(constant_id = 3) const uint weighting = 3;  // talk, guertin, jimenez, coverage
-layout(constant_id = 4) const int taps = 15;
-layout(constant_id = 5) const bool taps_follow_length = false;
-layout(constant_id = 6) const bool alternate = false;
-layout(constant_id = 7) const bool tile_jitter = false;
-layout(constant_id = 8) const uint jitter_kind = 3; // none, checkerboard, ordered, gradient noise
-layout(constant_id = 9) const uint curve = 0;       // box, triangle, smooth
-layout(constant_id = 10) const bool hdr_weighting = false;
-layout(constant_id = 11) const bool soft_extent_is_absolute = false;
-layout(constant_id = 12) const bool accumulates = false; // not the first iteration
-layout(constant_id = 13) const uint debug_view = 0;      // 1 taps, 2 share of other surfaces
-layout(constant_id = 14) const bool filter_taps = true;  // bilinear colour
-layout(constant_id = 15) const int search_taps = 12;     // coverage: of velocity and depth only
-layout(constant_id = 16) const int least_taps = 6;       // below which taps_per_pixel does not go
-layout(constant_id = 17) const bool second_direction = false;
+layout(constant_id = 2) const uint weighting = 3; // talk, guertin, jimenez, coverage
+layout(constant_id = 3) const int taps = 15;
+layout(constant_id = 4) const bool taps_follow_length = false;
+layout(constant_id = 5) const bool alternate = false;
+layout(constant_id = 6) const bool tile_jitter = false;
+layout(constant_id = 7) const uint jitter_kind = 3; // none, checkerboard, ordered, gradient noise
+layout(constant_id = 8) const uint curve = 0;       // box, triangle, smooth
+layout(constant_id = 9) const bool hdr_weighting = false;
+layout(constant_id = 10) const bool soft_extent_is_absolute = false;
+layout(constant_id = 11) const bool accumulates = false; // not the first iteration
+layout(constant_id = 12) const uint debug_view = 0;      // 1 taps, 2 share of other surfaces
+layout(constant_id = 13) const bool filter_taps = true;  // bilinear colour
+layout(constant_id = 14) const int search_taps = 12;     // coverage: of velocity and depth only
+layout(constant_id = 15) const int least_taps = 6;       // below which taps_per_pixel does not go
+layout(constant_id = 16) const bool second_direction = false;
+layout(constant_id = 18) const bool is_steady = true; // no other noise will follow, of iterations or frames
+
+const uint threads = gl_WorkGroupSize.x;
+const uint pixels = 256u / threads; // of a thread
 
 layout(set = 0, binding = 0) uniform sampler2D colour_image;
 layout(set = 0, binding = 1) uniform usampler2D surface_image;
-layout(set = 0, binding = 2) uniform sampler2D neighbour_image;
-layout(set = 0, binding = 3) uniform sampler2D mean_image; // of the iterations before
-layout(set = 0, binding = 4) readonly buffer TileLists { uint words[]; } lists;
-layout(set = 0, binding = 5) uniform writeonly image2D output_image;
+layout(set = 0, binding = 2) uniform sampler2D mean_image; // of the iterations before
+layout(set = 0, binding = 3) readonly buffer Neighbours { uvec2 vectors[]; } neighbours; // longest, widest or mark
+layout(set = 0, binding = 4) uniform writeonly image2D output_image;
 
 struct Tap {
     vec2 v;
@@ -38,22 +41,25 @@ struct Tap {
     float hdr; // weight by brightness
 };
 
-Surface surface_at(ivec2 pixel) {
-    const uvec2 code = texelFetch(surface_image, pixel, 0).xy;
-    return is_packed ? unpack_8_bit(code.x, constants.radius) : unpack_half(code);
+Surface surface_of(uvec2 code) {
+    if (is_packed)
+        return unpack_8_bit(code.x, constants.radius);
+    return unpack_half(code);
 }
+
+// Positions of taps are those of textures, from 0 to 1: the nearest texel and the image's edge are the sampler's work.
+vec2 place(vec2 pixel, vec2 offset) { return (pixel + 0.5 + offset) * constants.inverse_size; }
 
 vec4 colour_at(vec2 pixel, vec2 offset) {
     if (filter_taps)
-        return sane(textureLod(colour_image, (pixel + 0.5 + offset) / constants.size, 0.0));
+        return sane(textureLod(colour_image, place(pixel, offset), 0.0));
     const ivec2 position = ivec2(floor(pixel + 0.5 + offset));
     return sane(texelFetch(colour_image, clamp(position, ivec2(0), ivec2(constants.size) - 1), 0));
 }
 
 // Velocity and depth are those of one pixel.
 Tap surface_tap(vec2 pixel, vec2 offset) {
-    const ivec2 position = ivec2(floor(pixel + 0.5 + offset));
-    const Surface s = surface_at(clamp(position, ivec2(0), ivec2(constants.size) - 1));
+    const Surface s = surface_of(textureLod(surface_image, place(pixel, offset), 0.0).xy);
     return Tap(s.v, length(s.v), s.z, vec4(0), 1.0);
 }
 
@@ -70,9 +76,9 @@ Tap tap_at(vec2 pixel, vec2 offset) {
 }
 
 // The pixel itself, with its own colour whatever the filter.
-Tap centre_tap(ivec2 pixel) {
-    Tap tap = surface_tap(vec2(pixel), vec2(0));
-    tap.colour = sane(texelFetch(colour_image, pixel, 0));
+Tap centre_tap(uvec2 code, vec4 colour) {
+    const Surface s = surface_of(code);
+    Tap tap = Tap(s.v, length(s.v), s.z, sane(colour), 1.0);
     if (hdr_weighting)
         tap.hdr = 1.0 / (1.0 + max(luminance(tap.colour.rgb), 0.0));
     return tap;
@@ -98,13 +104,12 @@ float streak_distance(float d, float speed) { return abs(d - abs(constants.centr
 float cone(float d, float speed) {
     return speed > 0.0 ? clamp(1.0 - streak_distance(d, speed) / speed, 0.0, 1.0) : 0.0;
 }
-bool within(float d, float speed) { return streak_distance(d, speed) <= speed; }
 float cylinder(float d, float speed) {
     return speed > 0.0 ? 1.0 - smoothstep(0.95 * speed, 1.05 * speed, streak_distance(d, speed)) : 0.0;
 }
 
 bool is_inside(vec2 pixel, vec2 offset) {
-    const vec2 position = floor(pixel + 0.5 + offset);
+    const vec2 position = pixel + 0.5 + offset;
     return all(greaterThanEqual(position, vec2(0))) && all(lessThan(position, constants.size));
 }
 
@@ -114,7 +119,7 @@ int tap_count(float blur_length, int most) {
 }
 
 // Tap i of n as a place u in [-1, 1] of the shutter, moved by j in [-0.5, 0.5) of the spacing.
-float tap_place(int i, int n, float j) { return -1.0 + 2.0 * (float(i) + 0.5 + j) / float(n); }
+float tap_place(int i, int n, float j) { return (float(i) + 0.5 + j) * (2.0 / float(n)) - 1.0; }
 
 float tap_jitter(ivec2 pixel) { // [-0.5, 0.5)
     if (jitter_kind == 1)
@@ -161,20 +166,34 @@ vec4 gather_talk(vec2 pixel, Tap here, vec2 n, float j) {
     const bool has_own = alternate && here.speed >= max(0.1 * length(n), still_length);
     const vec2 even = is_fast ? here.v : n;
     const vec2 odd = is_fast || has_own ? here.v : n;
+    const float even_length = length(even), odd_length = length(odd);
+    const float inverse_speed = here.speed > 0.0 ? 1.0 / here.speed : 0.0;
     Sum sum = Sum(vec4(0), 0.0);
-    for (int i = 0; i < count; ++i) {
-        const float u = tap_place(i, count, j);
-        const vec2 offset = -(constants.centre + u) * ((i & 1) != 0 ? odd : even);
-        const Tap tap = tap_at(pixel, offset);
-        const float d = length(offset);
-        const float extent = soft(here.z, tap.z);
-        const float background = clamp(1.0 - (here.z - tap.z) / extent, 0.0, 1.0);
-        const float foreground = clamp(1.0 - (tap.z - here.z) / extent, 0.0, 1.0);
-        const float both = within(d, tap.speed) && within(d, here.speed) ? 1.0 : 0.0;
-        const float w = constants.weight_background * background * cone(d, here.speed) +
-                        constants.weight_foreground * foreground * cone(d, tap.speed) +
-                        constants.weight_mutual * both;
-        add(sum, tap, here, w * shutter_weight(u));
+    for (int i = 0; i < count; i += 2) { // an even and an odd tap are under way at once
+        Tap pair[2];
+        [[unroll]] for (int k = 0; k < 2; ++k)
+            if (i + k < count)
+                pair[k] = tap_at(pixel, -(constants.centre + tap_place(i + k, count, j)) * (k == 1 ? odd : even));
+        [[unroll]] for (int k = 0; k < 2; ++k) {
+            if (i + k >= count)
+                break;
+            const Tap tap = pair[k];
+            const float u = tap_place(i + k, count, j);
+            const float d = abs(constants.centre + u) * (k == 1 ? odd_length : even_length);
+            const float nearer = (here.z - tap.z) / soft(here.z, tap.z);
+            const float background = clamp(1.0 - nearer, 0.0, 1.0);
+            const float foreground = clamp(1.0 + nearer, 0.0, 1.0);
+            // What is left of the cones' height at d; not negative where it is within the streak.
+            const float here_left = here.speed - streak_distance(d, here.speed);
+            const float tap_left = tap.speed - streak_distance(d, tap.speed);
+            const float here_cone = clamp(here_left * inverse_speed, 0.0, 1.0);
+            const float tap_cone = clamp(tap_left / max(tap.speed, 1e-6), 0.0, 1.0);
+            float w = constants.weight_background * background * here_cone +
+                      constants.weight_foreground * foreground * tap_cone;
+            if (min(here_left, tap_left) >= 0.0)
+                w += constants.weight_mutual;
+            add(sum, tap, here, w * shutter_weight(u));
+        }
     }
     used_taps = float(count);
     other_share = sum.weight / (sum.weight + constants.weight_centre * here.hdr);
@@ -267,25 +286,73 @@ vec4 gather_jimenez(vec2 pixel, Tap here, vec2 n, float j) {
 
 #include "motion_blur_coverage.glsl"
 
-// All vectors in reach are nearly equal: the plain mean along the pixel's own.
-vec4 gather_uniform(vec2 pixel, Tap here, float j) {
-    if (here.speed < still_length)
-        return here.colour;
-    const int count = tap_count(here.speed, taps);
+// All vectors in reach are nearly equal: the plain mean along the pixel's own, for all pixels of the thread at once, where
+// nothing is in the way: the taps of all are under way together.
+struct Line {
+    vec2 next, step; // of taps
+    float count, spacing;
+    vec4 sum;
+};
+
+// Taps along a pixel's vector, from `first` of the shutter.
+Line line_of(ivec2 at, vec2 v, out float first) {
+    Line line;
+    const float squared = dot(v, v);
+    const float most = float(taps);
+    const float speed = sqrt(squared);
+    const float wanted = ceil(speed * constants.taps_per_pixel);
+    line.count = taps_follow_length ? clamp(wanted, float(min(least_taps, taps)), most) : most;
+    line.spacing = 2.0 / line.count;
+    // Bilinear taps up to two pixels apart leave nothing out, so that noise has nothing to hide.
+    first = 0.5;
+    if (!is_steady || line.spacing * speed > 2.0)
+        first += constants.jitter_amount * tap_jitter(at);
+    first = constants.centre - 1.0 + line.spacing * first;
+    line.next = place(vec2(at), -first * v);
+    line.step = (-line.spacing * v) * constants.inverse_size;
+    line.sum = vec4(0);
+    if (squared < still_length * still_length)
+        line.count = 0.0;
+    return line;
+}
+
+// Two taps at a time.
+void walk(inout Line line, float i) {
+    vec4 a = vec4(0), b = vec4(0);
+    if (i < line.count)
+        a = textureLod(colour_image, line.next, 0.0);
+    if (i + 1.0 < line.count)
+        b = textureLod(colour_image, line.next + line.step, 0.0);
+    line.next += 2.0 * line.step;
+    line.sum += a + b;
+}
+
+bool is_finite(vec4 v) { return is_finite(abs(v.x) + abs(v.y) + abs(v.z) + abs(v.w)); }
+
+// All vectors in reach are nearly equal: the plain mean along the pixel's own. `is_far` from the image's edge no tap leaves
+// it.
+vec4 gather_uniform(ivec2 at, vec4 colour, uvec2 code) {
+    const vec2 v = vector_of(code.x, is_packed, constants.radius);
+    const vec2 pixel = vec2(at);
+    float first;
+    const Line line = line_of(at, v, first);
+    used_taps = line.count;
+    other_share = line.count > 0.0 ? 1.0 : 0.0;
+    const Tap here = centre_tap(code, colour);
     Sum sum = Sum(vec4(0), 0.0);
-    for (int i = 0; i < count; ++i) {
-        const float u = tap_place(i, count, j);
-        const vec2 offset = -(constants.centre + u) * here.v;
-        if (!is_inside(pixel, offset))
+    for (float i = 0.0; i < line.count; i += 1.0) {
+        const float s = first + line.spacing * i;
+        if (!is_inside(pixel, -s * v))
             continue; // unknown, as if hidden
         Tap tap = here;
-        fetch_colour(tap, pixel, offset);
-        add(sum, tap, here, shutter_weight(u));
+        fetch_colour(tap, pixel, -s * v);
+        add(sum, tap, here, shutter_weight(s - constants.centre));
     }
-    used_taps = float(count);
-    other_share = 1.0;
     return over(sum, here, sum.weight);
 }
+
+ivec2 tiles() { return (ivec2(constants.size) + int(tile_size) - 1) / int(tile_size); }
+uint tile_index(ivec2 tile) { return uint(tile.y * tiles().x + tile.x); }
 
 // The dominant vector, looked up up to a quarter of a tile away so that no tile's border shows. A neighbour that has
 // nothing to say, or less than the pixel itself, is not taken.
@@ -295,66 +362,107 @@ vec2 dominant(ivec2 pixel, vec2 n, float own_speed) {
     const vec2 shifted = vec2(pixel) + constants.noise_shift;
     const vec2 noise = vec2(gradient_noise(shifted + vec2(47, 17)), gradient_noise(shifted + vec2(131, 71))) - 0.5;
     const ivec2 jittered = ivec2(floor((vec2(pixel) + 0.5 + noise * 0.5 * float(tile_size)) / float(tile_size)));
-    const vec2 other =
-        texelFetch(neighbour_image, clamp(jittered, ivec2(0), textureSize(neighbour_image, 0) - 1), 0).xy;
+    const uint code = neighbours.vectors[tile_index(clamp(jittered, ivec2(0), tiles() - 1))].x;
+    const vec2 other = vector_of(code, is_packed, constants.radius);
     return length(other) >= max(still_length, own_speed) ? other : n;
 }
 
-// A row of blocks at once: all loads are under way before the first store.
-void copy_row(ivec2 first) {
-    const int blocks = int(tile_size / 8u);
-    vec4 colours[4];
-    [[unroll]] for (int i = 0; i < blocks; ++i) {
-        const ivec2 pixel = min(first + ivec2(8 * i, 0), ivec2(constants.size) - 1);
-        colours[i] = accumulates ? texelFetch(mean_image, pixel, 0) : texelFetch(colour_image, pixel, 0);
-    }
-    [[unroll]] for (int i = 0; i < blocks; ++i)
-        if (all(lessThan(first + ivec2(8 * i, 0), ivec2(constants.size))))
-            imageStore(output_image, first + ivec2(8 * i, 0), debug_view != 0 ? vec4(0, 0, 0, 1) : colours[i]);
-}
-
-vec4 blurred(ivec2 pixel, ivec2 tile) {
-    const Tap here = centre_tap(pixel);
+vec4 gather_full(ivec2 pixel, vec4 colour, uvec2 surface, uvec2 codes) {
+    const Tap here = centre_tap(surface, colour);
     const float j = constants.jitter_amount * tap_jitter(pixel);
-    if (tile_class == 1)
-        return gather_uniform(vec2(pixel), here, j);
-    const vec4 neighbour = texelFetch(neighbour_image, tile, 0);
-    const vec2 n = dominant(pixel, neighbour.xy, here.speed);
+    const vec2 n = dominant(pixel, vector_of(codes.x, is_packed, constants.radius), here.speed);
     if (weighting == 0)
         return gather_talk(vec2(pixel), here, n, j);
     if (weighting == 1)
         return gather_guertin(vec2(pixel), here, n, j);
     if (weighting == 2)
         return gather_jimenez(vec2(pixel), here, n, j);
-    return gather_coverage(vec2(pixel), here, n, neighbour.zw, j,
+    return gather_coverage(vec2(pixel), here, n, vector_of(codes.y, is_packed, constants.radius), j,
                            constants.jitter_amount * tap_jitter(pixel + ivec2(47, 17)));
 }
 
+// The 16×16 pixels are four blocks of 8×8, so that the threads of a subgroup lie close together.
+ivec2 pixel_of(uint number) {
+    const uint block = number / 64u;
+    return ivec2(gl_WorkGroupID.xy * 16u + uvec2(8u * (block & 1u) + number % 8u, 8u * (block / 2u) + number / 8u % 8u));
+}
+
 void main() {
-    const ivec2 tiles = textureSize(neighbour_image, 0);
-    const uint tile_count = uint(tiles.x * tiles.y);
-    const uint tile_index = lists.words[12u + tile_class * tile_count + gl_WorkGroupID.y];
-    const ivec2 tile = ivec2(tile_index % uint(tiles.x), tile_index / uint(tiles.x));
-    const ivec2 corner = tile * int(tile_size) + ivec2(gl_LocalInvocationID.xy);
-    const uint blocks = tile_size / 8u;
-    const uint number = gl_WorkGroupID.x * 4u + gl_LocalInvocationID.z;
-    if (tile_class == 0) {
-        if (number < blocks)
-            copy_row(corner + ivec2(0, 8 * number));
+    const ivec2 last = ivec2(constants.size) - 1;
+    // One tile for the whole workgroup where tiles are that large.
+    const bool is_shared = tile_size % 16u == 0u;
+    const vec2 corner = vec2(gl_WorkGroupID.xy * 16u);
+    uvec2 codes = uvec2(0);
+    if (is_shared)
+        codes = neighbours.vectors[tile_index(ivec2(gl_WorkGroupID.xy * 16u / tile_size))];
+    vec4 colours[pixels];
+    [[unroll]] for (uint k = 0u; k < pixels; ++k) // all under way at once, before anything is known of the tile
+        colours[k] = texelFetch(colour_image, min(pixel_of(gl_LocalInvocationIndex + k * threads), last), 0);
+    if (is_shared && codes.x == zero_vector(is_packed) && debug_view == 0) {
+        // A still tile comes out bit for bit, in every iteration.
+        [[unroll]] for (uint k = 0u; k < pixels; ++k) {
+            const ivec2 pixel = pixel_of(gl_LocalInvocationIndex + k * threads);
+            if (all(lessThanEqual(pixel, last)))
+                imageStore(output_image, pixel, colours[k]);
+        }
         return;
     }
-    const ivec2 pixel = corner + 8 * ivec2(number % blocks, number / blocks);
-    if (number >= blocks * blocks || any(greaterThanEqual(pixel, ivec2(constants.size))))
-        return;
-    vec4 result = blurred(pixel, tile);
-    if (debug_view == 1)
-        result = vec4(vec3(used_taps / 64.0), 1);
-    else if (debug_view == 2)
-        result = vec4(vec3(other_share), 1);
-    else if (accumulates) {
-        // The running mean, in this form, leaves equal iterations exactly as they are.
-        const vec4 mean = texelFetch(mean_image, pixel, 0);
-        result = mean + (result - mean) / (constants.iteration + 1.0);
+    uvec2 surfaces[pixels];
+    [[unroll]] for (uint k = 0u; k < pixels; ++k)
+        surfaces[k] = texelFetch(surface_image, min(pixel_of(gl_LocalInvocationIndex + k * threads), last), 0).xy;
+    // Far from the image's edge no tap leaves it: no vector of the tile is longer than the longest in reach.
+    const float reach = length(vector_of(codes.x, is_packed, constants.radius)) * (1.0 + abs(constants.centre)) + 1.0;
+    const bool is_far =
+        all(greaterThan(corner, vec2(reach))) && all(lessThan(corner + (16.0 + reach), constants.size));
+    if (is_shared && curve == 0 && !hdr_weighting && filter_taps && !accumulates && debug_view == 0 && is_far &&
+        codes.y == uniform_mark) {
+        Line lines[pixels];
+        float most = 0.0;
+        [[unroll]] for (uint k = 0u; k < pixels; ++k) {
+            float first;
+            lines[k] = line_of(pixel_of(gl_LocalInvocationIndex + k * threads),
+                               vector_of(surfaces[k].x, is_packed, constants.radius), first);
+            most = max(most, lines[k].count);
+        }
+        for (float i = 0.0; i < most; i += 2.0)
+            [[unroll]] for (uint k = 0u; k < pixels; ++k)
+                walk(lines[k], i);
+        bool is_done = true;
+        [[unroll]] for (uint k = 0u; k < pixels; ++k) {
+            const vec4 mean = lines[k].count > 0.0 ? lines[k].sum * (0.5 * lines[k].spacing) : colours[k];
+            is_done = is_done && is_finite(mean);
+            imageStore(output_image, pixel_of(gl_LocalInvocationIndex + k * threads), mean);
+        }
+        if (is_done)
+            return;
     }
-    imageStore(output_image, pixel, result);
+    [[dont_unroll]] for (uint k = 0u; k < pixels; ++k) {
+        const ivec2 pixel = pixel_of(gl_LocalInvocationIndex + k * threads);
+        if (any(greaterThan(pixel, last)))
+            continue;
+        if (!is_shared)
+            codes = neighbours.vectors[tile_index(pixel / int(tile_size))];
+        vec4 colour = colours[0];
+        uvec2 surface = surfaces[0];
+        [[unroll]] for (uint i = 1u; i < pixels; ++i) {
+            colour = i == k ? colours[i] : colour;
+            surface = i == k ? surfaces[i] : surface;
+        }
+        const bool is_still = codes.x == zero_vector(is_packed);
+        vec4 result = colour;
+        used_taps = other_share = 0.0;
+        if (!is_still)
+            result = codes.y == uniform_mark ? gather_uniform(pixel, colour, surface)
+                                             : gather_full(pixel, colour, surface, codes);
+        if (debug_view == 1)
+            result = vec4(vec3(used_taps / 64.0), 1);
+        else if (debug_view == 2)
+            result = vec4(vec3(other_share), 1);
+        else if (accumulates && !is_still) {
+            // The running mean, in this form, leaves equal iterations exactly as they are.
+            const vec4 mean = texelFetch(mean_image, pixel, 0);
+            result = mean + (result - mean) / (constants.iteration + 1.0);
+        }
+        imageStore(output_image, pixel, result);
+    }
 }

@@ -1,36 +1,47 @@
-// Neighbour maximum: of every tile, the longest vector of the tiles around whose blur can reach it; the tile's class;
-// and the lists of tiles by class, from which the gather is dispatched.
+// Neighbour maximum: of every tile, the longest vector of the tiles around whose blur can reach it, the widest beside that,
+// and the tile's class. A subgroup a tile, without shared memory or barriers: there are few tiles, and waiting is what
+// costs.
 
-// Sixteen threads a tile share its neighbourhood: there are few tiles, and waiting is what costs.
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 16) in;
+layout(local_size_x = 128) in;
 
 layout(constant_id = 0) const int tile_size = 32;
-layout(constant_id = 1) const int rings = 1;
-layout(constant_id = 2) const uint dilation = 1; // box, selective, line
-layout(constant_id = 3) const bool test_edge_neighbours = false;
-layout(constant_id = 4) const bool classify = true;
-layout(constant_id = 5) const uint blocks_per_side = 4; // of 8×8 pixels
+layout(constant_id = 1) const bool is_packed = false;
+layout(constant_id = 2) const int rings = 1;
+layout(constant_id = 3) const uint dilation = 1; // box, selective, line
+layout(constant_id = 4) const bool test_edge_neighbours = false;
+layout(constant_id = 5) const bool classify = true;
 
-layout(set = 0, binding = 0) uniform sampler2D tile_image;
-layout(set = 0, binding = 1) uniform sampler2D spread_image;
-layout(set = 0, binding = 2) uniform writeonly image2D neighbour_image; // longest (xy), widest beside it (zw)
-layout(set = 0, binding = 3) uniform writeonly image2D class_image;
-// Three VkDispatchIndirectCommands (still, uniform, full), three words of padding, then a list of tiles for each.
-layout(set = 0, binding = 4) buffer TileLists { uint words[]; } lists;
+layout(set = 0, binding = 0) uniform usampler2D tile_image; // longest, widest beside it, spread
+// Of every tile, row by row, the longest vector and the widest beside it; or, by the latter, what class it is.
+layout(set = 0, binding = 1) writeonly buffer Neighbours { uvec2 vectors[]; } neighbours;
+
+struct Tile {
+    uint longest_code, widest_code;
+    vec2 longest, widest;
+    float spread;
+};
+
+Tile tile_at(ivec2 at) {
+    const uvec3 t = texelFetch(tile_image, at, 0).xyz;
+    return Tile(t.x, t.y, vector_of(t.x, is_packed, constants.radius), vector_of(t.y, is_packed, constants.radius),
+                uintBitsToFloat(t.z));
+}
 
 // A tile swept along the segment from -reach to +reach meets the tile in the middle exactly if that segment meets a
 // square of twice the tile's size around the middle. The square is widened by what the tile's other vectors reach to the
 // side of the longest, so that none of its pixels is missed. `selective` takes the segment's whole line, `line`
 // its true length. Symmetric in the sign of the vector, since the blur reaches both ways.
-bool reaches(vec4 tile, ivec2 offset) {
+bool reaches(Tile tile, ivec2 offset) {
     if (dilation == 0 || offset == ivec2(0))
         return true;
     const bool diagonal = offset.x != 0 && offset.y != 0;
     if (dilation == 1 && !diagonal && !test_edge_neighbours)
         return true;
-    const vec2 v = tile.xy;
+    const vec2 v = tile.longest;
+    if (dilation == 2 && v == vec2(0))
+        return false;
     const float l = length(v);
-    const float half_size = float(tile_size) + (l > 0.0 ? abs(cross_product(tile.zw, v)) / l : 0.0);
+    const float half_size = float(tile_size) + (l > 0.0 ? abs(cross_product(tile.widest, v)) / l : 0.0);
     const float limit = dilation == 2 ? 1.0 + abs(constants.centre) : 1e30;
     const vec2 middle = vec2(-offset * tile_size);
     const bvec2 is_flat = equal(v, vec2(0));
@@ -42,138 +53,119 @@ bool reaches(vec4 tile, ivec2 offset) {
     return max(max(low.x, low.y), -limit) < min(min(high.x, high.y), limit);
 }
 
-// The tiles that the workgroup looks at, where they fit into shared memory.
-const int apron = 4 + 2 * rings;
-const bool fits = apron <= 20;
-shared vec4 tiles_of[fits ? apron * apron : 1];
-shared float spreads_of[fits ? apron * apron : 1];
-shared vec2 longest_of[256];
-shared vec3 widest_of[256]; // vector, spread
+// ---- who shares a tile's work ----
+// A workgroup has four tiles. With subgroup operations each subgroup takes a whole tile, then the next; without, 32
+// invocations a tile meet in shared memory.
+const uint tiles_of_group = 4u; // in a row
 
-shared uint moving; // whether any of them has motion that is blurred
+#ifdef SUBGROUPS
+Best best_of_tile(Best mine) { return subgroup_best(mine, zero_vector(is_packed)); }
+uint greatest_of_tile(uint mine) { return subgroupMax(mine); }
+#else
+shared Best best_of[128];
+shared uint greatest_of[128];
 
-void load_tiles(ivec2 tiles) {
-    if (gl_LocalInvocationIndex == 0u)
-        moving = 0u;
+Best best_of_tile(Best mine) {
+    barrier(); // until all have read what was there before
+    best_of[gl_LocalInvocationIndex] = mine;
     barrier();
-    const ivec2 origin = ivec2(gl_WorkGroupID.xy) * 4 - rings;
-    for (int i = int(gl_LocalInvocationIndex); i < apron * apron; i += 256) {
-        const ivec2 tile = clamp(origin + ivec2(i % apron, i / apron), ivec2(0), tiles - 1);
-        tiles_of[i] = texelFetch(tile_image, tile, 0);
-        if (dot(tiles_of[i].xy, tiles_of[i].xy) >= still_length * still_length)
-            moving = 1u; // whoever writes, writes the same
-        spreads_of[i] = texelFetch(spread_image, tile, 0).x;
-    }
-    barrier();
+    for (uint i = 0u; i < 32u; ++i)
+        mine = better(mine, best_of[(gl_LocalInvocationIndex & ~31u) + i]);
+    return mine.key == 0u ? Best(0u, zero_vector(is_packed)) : mine;
 }
-
-int slot_of(ivec2 tile) {
-    const ivec2 local = tile - ivec2(gl_WorkGroupID.xy) * 4 + rings;
-    return local.y * apron + local.x;
-}
-vec4 tile_at(ivec2 tile) { return fits ? tiles_of[slot_of(tile)] : texelFetch(tile_image, tile, 0); }
-float spread_at(ivec2 tile) { return fits ? spreads_of[slot_of(tile)] : texelFetch(spread_image, tile, 0).x; }
-
-// The best of what the sixteen threads of a tile found.
-vec2 longest_of_all(vec2 mine) {
-    const uint thread = gl_LocalInvocationIndex;
-    longest_of[thread] = mine;
+uint greatest_of_tile(uint mine) {
     barrier();
-    [[dont_unroll]] for (uint i = 0u; i < 16u; ++i) {
-        const vec2 other = longest_of[(thread & 15u) + 16u * i];
-        mine = longer(other, mine) ? other : mine;
-    }
+    greatest_of[gl_LocalInvocationIndex] = mine;
+    barrier();
+    for (uint i = 0u; i < 32u; ++i)
+        mine = max(mine, greatest_of[(gl_LocalInvocationIndex & ~31u) + i]);
     return mine;
 }
+#endif
 
-vec3 widest_of_all(vec3 mine, vec2 longest) {
-    const uint thread = gl_LocalInvocationIndex;
-    widest_of[thread] = mine;
-    barrier();
-    [[dont_unroll]] for (uint i = 0u; i < 16u; ++i) {
-        const vec3 other = widest_of[(thread & 15u) + 16u * i];
-        mine.z = max(mine.z, other.z);
-        mine.xy = wider(other.xy, mine.xy, longest) ? other.xy : mine.xy;
+// A tile around another one.
+struct Around {
+    Tile tile;
+    ivec2 offset;
+    bool exists, does_reach;
+};
+
+Around around(ivec2 tile, ivec2 tiles, int i) {
+    const int side = 2 * rings + 1;
+    Around a;
+    a.offset = ivec2(i % side, i / side) - rings;
+    const ivec2 at = tile + a.offset;
+    a.exists = i < side * side && all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, tiles));
+    a.does_reach = false;
+    if (a.exists) {
+        a.tile = tile_at(at);
+        a.does_reach = reaches(a.tile, a.offset);
     }
-    return mine;
+    return a;
 }
 
-shared uint counts[3];
-shared uint starts[3];
+void take_longest(inout Best longest, Around a) {
+    const Best it = best_by_length(a.tile.longest_code, a.tile.longest);
+    if (a.exists && a.does_reach && uintBitsToFloat(it.key) >= still_length * still_length)
+        longest = better(longest, it);
+}
 
-// One addition a class and workgroup to the lists' counts: thousands to three words would queue up.
-void append(bool is_one, ivec2 tile, ivec2 tiles, uint class_index) {
-    const uint thread = gl_LocalInvocationIndex;
-    if (thread < 3u)
-        counts[thread] = 0u;
-    barrier();
-    uint slot = 0u;
-    if (is_one)
-        slot = atomicAdd(counts[class_index], 1u);
-    barrier();
-    if (thread < 3u && counts[thread] > 0u) {
-        starts[thread] = atomicAdd(lists.words[thread * 3u + 1u], counts[thread]);
-        if (starts[thread] == 0u) {
-            // A workgroup copies four rows of blocks, or blurs four blocks.
-            const uint blocks = thread == 0u ? blocks_per_side : blocks_per_side * blocks_per_side;
-            lists.words[thread * 3u] = (blocks + 3u) / 4u;
-            lists.words[thread * 3u + 2u] = 1u;
-        }
+void take_others(inout Best widest, inout uint spread, Around a, vec2 n, int own_rings) {
+    if (a.exists && (a.does_reach || max(abs(a.offset.x), abs(a.offset.y)) <= own_rings))
+        spread = max(spread, floatBitsToUint(distance(a.tile.longest, n) + a.tile.spread));
+    if (a.exists && a.does_reach)
+        widest = better(widest, better(best_by_width(a.tile.longest_code, a.tile.longest, n),
+                                       best_by_width(a.tile.widest_code, a.tile.widest, n)));
+}
+
+// Invocation `rank` of `count` that share the tile. There are few tiles around: the first of each invocation, which is
+// mostly all, is looked at once.
+void find(ivec2 tile, ivec2 tiles, uint rank, uint count, bool is_inside) {
+    const int most = (2 * rings + 1) * (2 * rings + 1);
+    const uint none = zero_vector(is_packed);
+    const Tile own = tile_at(tile);
+    const Around first = around(tile, tiles, int(rank));
+    Best longest = Best(0u, none);
+    take_longest(longest, first);
+    for (int i = int(rank + count); i < most; i += int(count))
+        take_longest(longest, around(tile, tiles, i));
+    longest = best_of_tile(longest);
+    const vec2 n = vector_of(longest.code, is_packed, constants.radius);
+    const float l = sqrt(uintBitsToFloat(longest.key));
+    Best widest = Best(0u, none);
+    uint spread = 0u;
+    if (longest.key != 0u) { // the same for all that share the tile; otherwise it is still
+        // Whether motion is even concerns what reaches the tile, and what its own vectors reach.
+        const float own_reach = length(own.longest) * (1.0 + abs(constants.centre));
+        const int own_rings = int(ceil(own_reach / float(tile_size)));
+        take_others(widest, spread, first, n, own_rings);
+        for (int i = int(rank + count); i < most; i += int(count))
+            take_others(widest, spread, around(tile, tiles, i), n, own_rings);
     }
-    barrier();
-    const uint tile_count = uint(tiles.x * tiles.y);
-    if (is_one)
-        lists.words[12u + class_index * tile_count + starts[class_index] + slot] = uint(tile.y * tiles.x + tile.x);
+    spread = greatest_of_tile(spread);
+    widest = best_of_tile(widest);
+    uint mark = widest.code;
+    if (classify && uintBitsToFloat(spread) <= max(constants.uniform_tolerance * l, constants.uniform_pixels))
+        mark = uniform_mark;
+    if (rank == 0u && is_inside)
+        neighbours.vectors[tile.y * tiles.x + tile.x] = uvec2(longest.code, mark);
 }
 
 void main() {
-    const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
-    const ivec2 tiles = textureSize(tile_image, 0);
-    const bool exists = all(lessThan(tile, tiles)); // the threads of tiles outside stay for the barriers
-    if (fits)
-        load_tiles(tiles);
-    const int side = 2 * rings + 1;
-    vec2 longest = vec2(0);
-    vec3 widest = vec3(0);
-    if (!fits || moving != 0u) { // the same for all threads
-        for (int i = int(gl_LocalInvocationID.z); i < side * side; i += 16) {
-            const ivec2 offset = ivec2(i % side, i / side) - rings;
-            const ivec2 other = tile + offset;
-            if (!exists || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
-                continue;
-            const vec4 t = tile_at(other);
-            if (longer(t.xy, longest) && reaches(t, offset))
-                longest = t.xy;
-        }
-        longest = longest_of_all(longest);
-        // Whether motion is even concerns what reaches the tile, and what its own vectors reach.
-        const float own_reach = exists ? length(tile_at(tile).xy) * (1.0 + abs(constants.centre)) : 0.0;
-        const int own_rings = int(ceil(own_reach / float(tile_size)));
-        for (int i = int(gl_LocalInvocationID.z); i < side * side; i += 16) {
-            const ivec2 offset = ivec2(i % side, i / side) - rings;
-            const ivec2 other = tile + offset;
-            if (!exists || any(lessThan(other, ivec2(0))) || any(greaterThanEqual(other, tiles)))
-                continue;
-            const vec4 t = tile_at(other);
-            const bool does_reach = reaches(t, offset);
-            if (does_reach || max(abs(offset.x), abs(offset.y)) <= own_rings)
-                widest.z = max(widest.z, distance(t.xy, longest) + spread_at(other));
-            const vec2 v = wider(t.zw, t.xy, longest) ? t.zw : t.xy;
-            if (does_reach && wider(v, widest.xy, longest))
-                widest.xy = v;
-        }
-        widest = widest_of_all(widest, longest);
+    const ivec2 tiles = (ivec2(constants.size) + tile_size - 1) / tile_size;
+    const ivec2 first = ivec2(gl_WorkGroupID.xy) * ivec2(tiles_of_group, 1);
+#ifdef SUBGROUPS
+    // A subgroup that is not full counts those it has.
+    const bool is_full = gl_NumSubgroups * gl_SubgroupSize == gl_WorkGroupSize.x;
+    const uint count = is_full ? gl_SubgroupSize : subgroupAdd(1u);
+    const uint rank = is_full ? gl_SubgroupInvocationID : subgroupExclusiveAdd(1u);
+    for (uint i = gl_SubgroupID; i < tiles_of_group; i += gl_NumSubgroups) {
+        const ivec2 tile = first + ivec2(i, 0);
+        if (tile.x < tiles.x)
+            find(tile, tiles, rank, count, true);
     }
-    const float l = length(longest);
-    uint class_index = 2u;
-    if (l < still_length)
-        class_index = 0u;
-    else if (classify && widest.z <= max(constants.uniform_tolerance * l, constants.uniform_pixels))
-        class_index = 1u;
-    const bool is_one = exists && gl_LocalInvocationID.z == 0u;
-    if (is_one) {
-        imageStore(neighbour_image, tile, vec4(longest, widest.xy));
-        imageStore(class_image, tile, vec4(float(class_index)));
-    }
-    append(is_one, tile, tiles, class_index);
+#else
+    const ivec2 tile = first + ivec2(gl_LocalInvocationIndex / 32u, 0);
+    find(min(tile, tiles - 1), tiles, gl_LocalInvocationIndex & 31u, 32u, tile.x < tiles.x);
+#endif
 }

@@ -11,7 +11,7 @@ Plan plan_motion_blur(const Frame& frame, const MotionBlurParameters& parameters
 // The open fraction of this frame's interval, after the frame rate mode and generated frames.
 float effective_shutter(const Frame& frame, const MotionBlurParameters& parameters);
 
-// Pixels; a multiple of 8 from 8 to 32, larger where an image would have more than 65535 tiles.
+// Pixels; a multiple of 8 from 8 to 32.
 uint32_t tile_size(const MotionBlurParameters& parameters, Extent extent);
 
 } // namespace sfumato

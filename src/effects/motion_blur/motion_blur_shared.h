@@ -39,8 +39,7 @@ struct MotionBlurConstants {
     float jitter_amount; // of the spacing of taps
     float debug_scale;
     float padding_0;
-    float padding_1;
-    float padding_2;
+    vec2 inverse_size; // one over `size`
 };
 
 #ifdef __cplusplus

@@ -9,28 +9,37 @@ struct Surface {
     float z; // view depth; sky_depth for sky
 };
 
-// 128 is zero and decodes to exactly zero; 1 and 255 are the ends. Depth: 16 bits of its logarithm from 2^-12 to 2^20;
-// the step is 0.034 % of the depth anywhere, which is what a relative comparison wants. 65535 is sky.
-uint pack_8_bit(Surface s, float radius) {
-    const vec2 scaled = radius > 0.0 ? s.v / radius : vec2(0);
-    const uvec2 velocity = uvec2(clamp(ivec2(floor(scaled * 127.0 + 0.5)) + 128, ivec2(1), ivec2(255)));
-    uint depth = 65535u;
-    if (!is_sky(s.z)) {
-        const float octave = s.z > 0.0 ? log2(s.z) : -12.0;
-        depth = uint(clamp(floor((octave + 12.0) / 32.0 * 65534.0 + 0.5), 0.0, 65534.0));
-    }
-    return velocity.x | velocity.y << 8 | depth << 16;
+// 128 is zero and decodes to exactly zero; 1 and 255 are the ends. Depth: a float of five bits of exponent and eleven of
+// mantissa, from 2^-12 to 2^20; the step is at most 0.05 % of the depth, which is what a relative comparison wants.
+// 65535 is sky and whatever lies beyond.
+const uint least_depth = 0x39800000u; // 2^-12 as bits
+// Beside 2^23 a float has no fraction, and its low bits are the integer: rounding and conversion are one addition.
+const float integer_base = 8388608.0;
+const uint integer_base_bits = 0x4b000000u;
+
+// A vector no longer than the radius in steps of 8 bits, -127 to 127.
+vec2 steps_8_bit(vec2 v, float radius) {
+    return (v * (radius > 0.0 ? 127.0 / radius : 0.0) + (integer_base + 128.0)) - (integer_base + 128.0);
+}
+vec2 steps_of_8_bit(uint code) {
+    return uintBitsToFloat(uvec2(code & 255u, code >> 8 & 255u) | integer_base_bits) - (integer_base + 128.0);
 }
 
-vec2 unpack_vector_8_bit(uint code, float radius) {
-    return (vec2(code & 255u, code >> 8 & 255u) - 128.0) * (radius / 127.0);
+// `steps` of steps_8_bit.
+uint pack_8_bit(vec2 steps, float z) {
+    const uvec2 velocity = floatBitsToUint(steps + (integer_base + 128.0)) - integer_base_bits;
+    const uint depth =
+        min(floatBitsToUint(max(z, uintBitsToFloat(least_depth))) - least_depth + 0x800u >> 12, 65535u);
+    return velocity.x + velocity.y * 256u + depth * 65536u;
 }
+
+vec2 unpack_vector_8_bit(uint code, float radius) { return steps_of_8_bit(code) * (radius / 127.0); }
 
 Surface unpack_8_bit(uint code, float radius) {
     Surface s;
     s.v = unpack_vector_8_bit(code, radius);
     const uint depth = code >> 16;
-    s.z = depth == 65535u ? sky_depth : exp2(float(depth) * (32.0 / 65534.0) - 12.0);
+    s.z = depth == 65535u ? sky_depth : uintBitsToFloat((depth << 12) + least_depth);
     return s;
 }
 
@@ -38,16 +47,39 @@ uvec2 pack_half(Surface s) { return uvec2(packHalf2x16(s.v), floatBitsToUint(s.z
 
 Surface unpack_half(uvec2 code) { return Surface(unpackHalf2x16(code.x), uintBitsToFloat(code.y)); }
 
-// An order without ties, so that a reduction in any order finds the same vector: by length, then x, then y.
-bool longer(vec2 a, vec2 b) {
-    const float la = dot(a, a), lb = dot(b, b);
-    return la > lb || (la == lb && (a.x > b.x || (a.x == b.x && a.y > b.y)));
-}
-
 float cross_product(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
 
-// Likewise by how far a vector reaches to the side of the longest.
-bool wider(vec2 a, vec2 b, vec2 longest) {
-    const float wa = abs(cross_product(a, longest)), wb = abs(cross_product(b, longest));
-    return wa > wb || (wa == wb && (a.x > b.x || (a.x == b.x && a.y > b.y)));
+// Vectors travel between passes as they are stored: in the low 16 bits packed, in 32 as half floats.
+vec2 vector_of(uint code, bool packed, float radius) {
+    return packed ? unpack_vector_8_bit(code, radius) : unpackHalf2x16(code);
 }
+uint zero_vector(bool packed) { return packed ? 0x8080u : 0u; }
+
+// Stands for the second vector of a tile's neighbourhood where motion is even and none is needed. Never a vector: two NaN.
+const uint uniform_mark = 0xffffffffu;
+
+// ---- the best of many vectors ----
+// Keys are squared lengths, areas and the like: not negative, so that their bits have their order, and the maximum of
+// integers is one instruction of a subgroup where that of floats is many. Where vectors share the greatest key, the
+// greatest code wins: the result does not depend on the order in which they are looked at.
+struct Best {
+    uint key;
+    uint code;
+};
+
+Best better(Best a, Best b) { return b.key > a.key || (b.key == a.key && b.code > a.code) ? b : a; }
+
+Best best_by_length(uint code, vec2 v) { return Best(floatBitsToUint(dot(v, v)), code); }
+// By how far a vector reaches to the side of the longest.
+Best best_by_width(uint code, vec2 v, vec2 longest) {
+    return Best(floatBitsToUint(abs(cross_product(v, longest))), code);
+}
+
+// Where all keys are zero the result is `none`, the zero vector.
+#ifdef SUBGROUPS
+Best subgroup_best(Best mine, uint none) {
+    const uint key = subgroupMax(mine.key);
+    const uint code = subgroupMax(mine.key == key ? mine.code : 0u);
+    return Best(key, key == 0u ? none : code);
+}
+#endif

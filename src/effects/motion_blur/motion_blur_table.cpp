@@ -107,13 +107,34 @@ constexpr ParameterInfo rows[] = {
 // The talk gives taps, jitter, radius, packing and alternation. Weights, soft extent and tiles, which it leaves open,
 // are found by search against ground truth.
 constexpr PresetOverride current_gen[] = {
-    {"weighting", "talk"},     {"taps", "6"},           {"least_taps", "4"},   {"jitter", "checkerboard"},
-    {"radius", "0.013888889"}, {"storage", "packed"},   {"alternate", "true"}, {"tile", "16"},
-    {"dilation", "line"},      {"soft_extent", "0.01"},
+    {"weighting", "talk"},
+    {"taps", "6"},
+    {"least_taps", "2"},
+    {"jitter", "checkerboard"},
+    {"jitter_amount", "0.25"},
+    {"radius", "0.013888889"},
+    {"storage", "packed"},
+    {"alternate", "true"},
+    {"tile", "16"},
+    {"dilation", "line"},
+    {"soft_extent", "0.01"},
+    {"uniform_pixels", "8"},
+    {"uniform_tolerance", "0.1"},
 };
 constexpr PresetOverride dx11[] = {
-    {"weighting", "talk"}, {"taps", "8"},         {"least_taps", "4"}, {"jitter", "ordered"}, {"radius", "0.016666667"},
-    {"storage", "packed"}, {"alternate", "true"}, {"tile", "16"},      {"dilation", "line"},  {"soft_extent", "0.01"},
+    {"weighting", "talk"},
+    {"taps", "8"},
+    {"least_taps", "2"},
+    {"jitter", "ordered"},
+    {"jitter_amount", "0.25"},
+    {"radius", "0.016666667"},
+    {"storage", "packed"},
+    {"alternate", "true"},
+    {"tile", "16"},
+    {"dilation", "line"},
+    {"soft_extent", "0.01"},
+    {"uniform_pixels", "8"},
+    {"uniform_tolerance", "0.1"},
 };
 constexpr PresetOverride low[] = {
     {"taps", "4"},           {"search_taps", "4"},         {"least_taps", "2"}, {"second_direction", "false"},
@@ -124,8 +145,8 @@ constexpr PresetOverride medium[] = {
     {"uniform_pixels", "3"}, {"uniform_tolerance", "0.1"},
 };
 constexpr PresetOverride high[] = {
-    {"taps", "7"},           {"search_taps", "6"},         {"least_taps", "3"}, {"second_direction", "false"},
-    {"uniform_pixels", "3"}, {"uniform_tolerance", "0.1"},
+    {"taps", "7"},           {"search_taps", "6"},         {"least_taps", "2"},       {"second_direction", "false"},
+    {"uniform_pixels", "3"}, {"uniform_tolerance", "0.1"}, {"jitter_amount", "0.25"},
 };
 constexpr PresetOverride ultra[] = {
     {"taps", "32"}, {"search_taps", "16"}, {"least_taps", "10"}, {"taps_per_pixel", "2"}, {"repair_edges", "true"},

@@ -1,7 +1,8 @@
 // Velocity and tile maximum in one pass: a workgroup a tile. Combines the inputs to a half displacement, clamps its
-// length, stores it with the depth, and reduces the tile in shared memory.
+// length, stores it with the depth, and reduces the tile: vectors stay in registers, subgroups or shared memory find the
+// greatest.
 
-layout(local_size_x_id = 15) in; // a quarter of the tile's pixels
+layout(local_size_x_id = 15) in; // the tile's pixels over those of a thread
 
 layout(constant_id = 0) const uint tile_size = 32;
 layout(constant_id = 1) const bool is_packed = false;
@@ -30,9 +31,7 @@ layout(set = 0, binding = 5) uniform sampler2D layer_2_image;
 layout(set = 0, binding = 6) uniform sampler2D layer_2_mask;
 layout(set = 0, binding = 7) uniform sampler2D exclusion_image;
 layout(set = 0, binding = 8) uniform writeonly uimage2D surface_image;
-layout(set = 0, binding = 9) uniform writeonly image2D tile_image; // longest (xy), widest beside it (zw)
-layout(set = 0, binding = 10) uniform writeonly image2D spread_image;
-layout(set = 0, binding = 11) buffer TileLists { uint words[]; } lists;
+layout(set = 0, binding = 9) uniform writeonly uimage2D tile_image; // longest, widest beside it, spread
 
 // Nearest texel of an image of another size under the middle of the pixel. `ratio` is that image's size to the colour's;
 // the product stays below the image's size without a clamp.
@@ -166,11 +165,15 @@ vec2 apply_layer(vec2 v, uint blend, sampler2D image, vec4 scale, bool has_mask,
 
 // The half displacement from this and the next interval's velocity, xy and zw.
 vec2 half_displacement(ivec2 pixel, vec4 known) {
-    // The path through the three known points is a parabola, p(t) = t (next + previous) / 2 + t² (next - previous) / 2.
-    // The shutter is open from (c - 1) E/2 to (c + 1) E/2; the half displacement is half the chord between the two.
-    const vec2 mean = 0.5 * (known.xy + known.zw);
-    const vec2 bend = 0.5 * (known.zw - known.xy);
-    vec2 u = mean + constants.centre * constants.shutter * bend;
+    vec2 u = known.xy;
+    if (has_next_velocity || has_next_camera) {
+        // The path through the three known points is a parabola, p(t) = t (next + previous) / 2 +
+        // t² (next - previous) / 2. The shutter is open from (c - 1) E/2 to (c + 1) E/2; the half displacement is half
+        // the chord between the two.
+        const vec2 mean = 0.5 * (known.xy + known.zw);
+        const vec2 bend = 0.5 * (known.zw - known.xy);
+        u = mean + constants.centre * constants.shutter * bend;
+    }
     if (layer_1 != 0)
         u = apply_layer(u, layer_1, layer_1_image, constants.layer_1_scale, layer_1_has_mask, layer_1_mask,
                         constants.layer_1_mask_ratio, pixel);
@@ -180,185 +183,163 @@ vec2 half_displacement(ivec2 pixel, vec4 known) {
     vec2 v = 0.5 * constants.shutter * u;
     if (has_exclusion)
         v *= 1.0 - mask_value(nearest(exclusion_image, constants.exclusion_ratio, pixel).x);
-    const float l = length(v);
-    if (!is_finite(l) || l < no_length)
+    const float squared = dot(v, v);
+    if (!is_finite(squared) || squared < no_length * no_length)
         return vec2(0);
-    return l > constants.radius ? v * (constants.radius / l) : v;
+    if (squared > constants.radius * constants.radius)
+        v *= constants.radius * inversesqrt(squared);
+    return v;
 }
 
-// The tile's vectors as they are stored: what is compared is what the gather will read.
-shared uint stored_of[tile_size * tile_size];
-
-void store_pixel(ivec2 pixel, uint in_tile, Surface s) {
+// Writes a pixel's surface; its vector as it is stored is the result: what is compared is what the gather will read.
+uint store_pixel(ivec2 pixel, Surface s) {
     if (is_packed) {
-        const uint code = pack_8_bit(s, constants.radius);
+        const uint code = pack_8_bit(steps_8_bit(s.v, constants.radius), s.z);
         imageStore(surface_image, pixel, uvec4(code));
-        stored_of[in_tile] = code;
-    } else {
-        const uvec2 code = pack_half(s);
-        imageStore(surface_image, pixel, uvec4(code, 0, 0));
-        stored_of[in_tile] = code.x;
+        return code & 0xffffu;
     }
+    const uvec2 code = pack_half(s);
+    imageStore(surface_image, pixel, uvec4(code, 0, 0));
+    return code.x;
 }
 
-vec2 stored_vector(uint in_tile) {
-    return is_packed ? unpack_vector_8_bit(stored_of[in_tile], constants.radius) : unpackHalf2x16(stored_of[in_tile]);
-}
+// Vectors as they are compared: pixels, or steps of 8 bits.
+vec2 compared(uint code) { return is_packed ? steps_of_8_bit(code) : unpackHalf2x16(code); }
 
-// ---- reductions of a workgroup, by subgroups where the device has them ----
-
+// The best of the workgroup. Each call has its own `slot`, so that no barrier need stand between two of them. Where
+// `spread` is asked for, it is reduced along: what it is the greatest of is not negative either.
 #ifdef SUBGROUPS
 const uint partials = 64u; // subgroups of a workgroup of 256, at least 4 wide
-#else
-const uint partials = 256u;
-#endif
-shared vec2 longest_of[partials];
-shared vec3 widest_of[partials]; // vector, squared spread
+shared Best best_of[2u * partials];
+shared uint spread_of[partials];
 
-#ifdef SUBGROUPS
-// Floats as unsigned integers of the same order: their maximum is one instruction where that of floats is many.
-uint ordered(float x) {
-    const uint bits = floatBitsToUint(x);
-    return (bits & 0x80000000u) != 0u ? ~bits : bits | 0x80000000u;
-}
-float from_ordered(uint key) {
-    return uintBitsToFloat((key & 0x80000000u) != 0u ? key & 0x7fffffffu : ~key);
-}
-
-// The greatest of the subgroup by `key`, then x, then y.
-vec2 subgroup_greatest(float key, vec2 v) {
-    const uint k = floatBitsToUint(key); // not negative
-    const bool is_first = k == subgroupMax(k);
-    const uint x = subgroupMax(is_first ? ordered(v.x) : 0u);
-    const uint y = subgroupMax(is_first && ordered(v.x) == x ? ordered(v.y) : 0u);
-    return vec2(from_ordered(x), from_ordered(y));
-}
-
-vec2 reduce_longest(vec2 mine) {
-    const vec2 best = subgroup_greatest(dot(mine, mine), mine);
-    if (subgroupElect())
-        longest_of[gl_SubgroupID] = best;
-    barrier();
-    vec2 result = longest_of[0];
-    for (uint i = 1u; i < gl_NumSubgroups; ++i)
-        if (longer(longest_of[i], result))
-            result = longest_of[i];
-    return result;
-}
-
-vec3 reduce_widest(vec3 mine, vec2 longest) {
-    const vec2 best = subgroup_greatest(abs(cross_product(mine.xy, longest)), mine.xy);
-    const float spread = uintBitsToFloat(subgroupMax(floatBitsToUint(mine.z)));
-    if (subgroupElect())
-        widest_of[gl_SubgroupID] = vec3(best, spread);
-    barrier();
-    vec3 result = widest_of[0];
-    for (uint i = 1u; i < gl_NumSubgroups; ++i) {
-        result.z = max(result.z, widest_of[i].z);
-        if (wider(widest_of[i].xy, result.xy, longest))
-            result.xy = widest_of[i].xy;
+Best best_of_all(Best mine, inout uint spread, bool has_spread, uint slot) {
+    mine = subgroup_best(mine, zero_vector(is_packed));
+    if (has_spread)
+        spread = subgroupMax(spread);
+    if (gl_NumSubgroups == 1u)
+        return mine;
+    if (subgroupElect()) {
+        best_of[slot * partials + gl_SubgroupID] = mine;
+        if (has_spread)
+            spread_of[gl_SubgroupID] = spread;
     }
-    return result;
+    barrier();
+    // The invocations of a full subgroup share the partial results; otherwise each looks at all.
+    const bool is_full = gl_NumSubgroups * gl_SubgroupSize == threads;
+    const uint step = is_full ? gl_SubgroupSize : 1u;
+    for (uint i = is_full ? gl_SubgroupInvocationID : 0u; i < gl_NumSubgroups; i += step) {
+        mine = better(mine, best_of[slot * partials + i]);
+        if (has_spread)
+            spread = max(spread, spread_of[i]);
+    }
+    if (has_spread)
+        spread = subgroupMax(spread);
+    return subgroup_best(mine, zero_vector(is_packed));
 }
 #else
-vec2 reduce_longest(vec2 mine) {
+shared Best best_of[512];
+shared uint spread_of[256];
+
+Best best_of_all(Best mine, inout uint spread, bool has_spread, uint slot) {
     const uint thread = gl_LocalInvocationIndex;
-    longest_of[thread] = mine;
+    best_of[slot * 256u + thread] = mine;
+    if (has_spread)
+        spread_of[thread] = spread;
     barrier();
     for (uint left = threads; left > 1u; left = (left + 1u) / 2u) {
         const uint other = thread + (left + 1u) / 2u;
-        if (other < left && longer(longest_of[other], longest_of[thread]))
-            longest_of[thread] = longest_of[other];
-        barrier();
-    }
-    return longest_of[0];
-}
-
-vec3 reduce_widest(vec3 mine, vec2 longest) {
-    const uint thread = gl_LocalInvocationIndex;
-    widest_of[thread] = mine;
-    barrier();
-    for (uint left = threads; left > 1u; left = (left + 1u) / 2u) {
-        const uint there = thread + (left + 1u) / 2u;
-        if (there < left) {
-            const vec3 other = widest_of[there];
-            mine.z = max(mine.z, other.z);
-            if (wider(other.xy, mine.xy, longest))
-                mine.xy = other.xy;
-            widest_of[thread] = mine;
+        if (other < left) {
+            mine = better(mine, best_of[slot * 256u + other]);
+            best_of[slot * 256u + thread] = mine;
+            if (has_spread) {
+                spread = max(spread, spread_of[other]);
+                spread_of[thread] = spread;
+            }
         }
         barrier();
     }
-    return widest_of[0];
+    if (has_spread)
+        spread = spread_of[0];
+    mine = best_of[slot * 256u];
+    return mine.key == 0u ? Best(0u, zero_vector(is_packed)) : mine;
 }
 #endif
 
-// A thread goes down four rows of one column of the tile, so that a row's range of depth serves three pixels.
-const uint rows = 4u;
+const uint pixels = tile_size * tile_size / threads; // of a thread
+
+// Pixel k of this thread in the tile. A subgroup's pixels are blocks of 8×4, whose texels lie together in memory. To
+// repair edges a thread goes down a column instead, so that a row's range of depth serves three pixels.
+uvec2 place_in_tile(uint k) {
+    if (repair_edges)
+        return uvec2(gl_LocalInvocationIndex % tile_size, gl_LocalInvocationIndex / tile_size * pixels + k);
+    const uint number = gl_LocalInvocationIndex + k * threads;
+    const uint block = number / 32u, blocks = tile_size / 8u; // in a row of the tile
+    return uvec2(8u * (block % blocks) + number % 8u, 4u * (block / blocks) + number / 8u % 4u);
+}
 
 void main() {
     const ivec2 origin = ivec2(gl_WorkGroupID.xy * tile_size);
     const ivec2 size = ivec2(constants.size);
-    // The lists are empty until the next pass fills them; no other workgroup touches these words here.
-    if (gl_WorkGroupID.xy == uvec2(0) && gl_LocalInvocationIndex < 12u)
-        lists.words[gl_LocalInvocationIndex] = 0u;
     if (repair_edges)
         load_depths(origin);
-    const uint column = gl_LocalInvocationIndex % tile_size;
-    const uint top = gl_LocalInvocationIndex / tile_size * rows;
-    // The rows of this thread that lie in the image.
-    const int inside = min(int(rows), size.y - origin.y - int(top));
-    const bool is_in = origin.x + int(column) < size.x;
-    const uint count = is_in ? uint(max(inside, 0)) : 0u;
-    vec2 above = vec2(0), middle = vec2(0); // ranges of the rows above and at the pixel
-    if (repair_edges && is_in) {
-        above = range_of_row(top * apron + column);
-        middle = range_of_row((top + 1u) * apron + column);
-    }
-    vec2 longest = vec2(0);
-    vec4 known[rows];
-    float z[rows];
-    [[unroll]] for (uint k = 0u; k < rows; ++k) { // all loads are under way at once
-        const ivec2 pixel = min(origin + ivec2(column, top + k), size - 1);
+    vec4 known[pixels];
+    float z[pixels];
+    [[unroll]] for (uint k = 0u; k < pixels; ++k) { // all loads are under way at once
+        const ivec2 pixel = min(origin + ivec2(place_in_tile(k)), size - 1);
         known[k] = stored_velocities_at(pixel);
         if (!repair_edges)
             z[k] = depth_at(pixel);
     }
-    [[unroll]] for (uint k = 0u; k < rows; ++k) {
-        const uint y = top + k;
-        if (k >= count)
+    vec2 above = vec2(0), middle = vec2(0); // ranges of the rows above and at the pixel
+    if (repair_edges) {
+        const uvec2 top = place_in_tile(0u);
+        above = range_of_row(top.y * apron + top.x);
+        middle = range_of_row((top.y + 1u) * apron + top.x);
+    }
+    Best longest = Best(0u, zero_vector(is_packed));
+    uint codes[pixels];
+    uint inside = 0u; // pixels outside the image do not count
+    [[unroll]] for (uint k = 0u; k < pixels; ++k) {
+        const uvec2 at = place_in_tile(k);
+        const ivec2 pixel = origin + ivec2(at);
+        codes[k] = zero_vector(is_packed);
+        if (any(greaterThanEqual(pixel, size)))
             continue;
-        const ivec2 pixel = origin + ivec2(column, y);
+        inside |= 1u << k;
         if (repair_edges) {
-            const vec2 below = range_of_row((y + 2u) * apron + column);
-            z[k] = depths[(y + 1u) * apron + column + 1u];
+            const vec2 below = range_of_row((at.y + 2u) * apron + at.x);
+            z[k] = depths[(at.y + 1u) * apron + at.x + 1u];
             const float least = min(min(above.x, middle.x), below.x);
             const float greatest = max(max(above.y, middle.y), below.y);
             above = middle;
             middle = below;
             if (has_velocity && (greatest > like_ratio * z[k] || z[k] > like_ratio * least))
-                known[k] = repaired_velocities_at(pixel, y * apron + column);
+                known[k] = repaired_velocities_at(pixel, at.y * apron + at.x);
         }
         const vec2 v = half_displacement(pixel, completed(known[k], pixel, z[k]));
-        store_pixel(pixel, y * tile_size + column, Surface(v, z[k]));
-        const vec2 stored = stored_vector(y * tile_size + column);
-        if (longer(stored, longest))
-            longest = stored;
+        codes[k] = store_pixel(pixel, Surface(v, z[k]));
+        longest = better(longest, best_by_length(codes[k], compared(codes[k])));
     }
-    longest = reduce_longest(longest);
-    vec3 widest = vec3(0); // vector, squared spread; pixels outside the image do not count
-    if (longest != vec2(0)) { // the same for all threads; in a still tile all vectors are zero
-        for (uint k = 0u; k < count; ++k) {
-            const vec2 v = stored_vector((top + k) * tile_size + column);
-            const vec2 d = v - longest;
-            widest.z = max(widest.z, dot(d, d));
-            if (wider(v, widest.xy, longest))
-                widest.xy = v;
+    uint spread = 0u; // squared, as bits
+    longest = best_of_all(longest, spread, false, 0u);
+    Best widest = Best(0u, zero_vector(is_packed));
+    if (longest.key != 0u) { // the same for all threads; in a still tile all vectors are zero
+        const vec2 l = compared(longest.code);
+        [[unroll]] for (uint k = 0u; k < pixels; ++k) {
+            if ((inside >> k & 1u) == 0u)
+                continue;
+            const vec2 v = compared(codes[k]);
+            const vec2 d = v - l;
+            spread = max(spread, floatBitsToUint(dot(d, d)));
+            widest = better(widest, best_by_width(codes[k], v, l));
         }
-        widest = reduce_widest(widest, longest);
+        widest = best_of_all(widest, spread, true, 1u);
     }
     if (gl_LocalInvocationIndex == 0u) {
-        imageStore(tile_image, ivec2(gl_WorkGroupID.xy), vec4(longest, widest.xy));
-        imageStore(spread_image, ivec2(gl_WorkGroupID.xy), vec4(sqrt(widest.z)));
+        const float pixels_of_step = is_packed ? constants.radius / 127.0 : 1.0;
+        const float spread_pixels = pixels_of_step * sqrt(uintBitsToFloat(spread));
+        imageStore(tile_image, ivec2(gl_WorkGroupID.xy),
+                   uvec4(longest.code, widest.code, floatBitsToUint(spread_pixels), 0u));
     }
 }
