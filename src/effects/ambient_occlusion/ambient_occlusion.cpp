@@ -220,7 +220,7 @@ void plan_estimate(Planner& planner, Setup& s) {
                                ? s.bent
                                : planner.transient("no bent normals", VK_FORMAT_R32G32B32A32_SFLOAT, {1, 1}))};
     pass.constants = constants_of(s.constants);
-    pass.dispatch = {DispatchKind::texels, s.signal, 0, 0};
+    pass.dispatch = {.kind = DispatchKind::groups, .target = s.signal, .block = {32, 16}};
 }
 
 // Bindings and constants of what every last pass does.
@@ -261,7 +261,7 @@ Extent filter_tile(uint32_t border, bool has_shadow) {
     const uint32_t values = has_shadow ? 2 : 1;
     for (const Extent tile : {Extent{32, 32}, {32, 24}, {32, 16}, {16, 16}, {16, 8}}) {
         const uint32_t rows = tile.height + 2 * border;
-        if ((tile.width + 2 * border) * rows * (1 + values) + tile.width * rows * values <= 4096)
+        if ((tile.width + 2 * border + 1) * rows * (1 + values) + tile.width * rows * values <= 4096)
             return tile;
     }
     return {8, 8};
@@ -295,7 +295,6 @@ void plan_filter(Planner& planner, Setup& s, const FilterPass& f) {
                                                                        p.debug_view == OcclusionView::history_weight,
                                                                        tile.width,
                                                                        tile.height,
-                                                                       border,
                                                                        s.has_shadow()};
     pass.accesses = {read(s.signal),
                      read(f.enlarges ? s.depth : no_resource),
@@ -307,11 +306,8 @@ void plan_filter(Planner& planner, Setup& s, const FilterPass& f) {
                      read(no_resource)};
     add_finish(planner, s, pass, f.is_last);
     pass.constants = constants_of(s.constants);
-    // A workgroup a tile, whatever the number of threads in it.
-    const ResourceId tiles = planner.transient(
-        "filter tiles", VK_FORMAT_R32_UINT,
-        {(extent.width + tile.width - 1) / tile.width, (extent.height + tile.height - 1) / tile.height});
-    pass.dispatch = {DispatchKind::groups, tiles, 0, 0};
+    const ResourceId target = f.is_last && !keeps ? s.visibility : kept;
+    pass.dispatch = {.kind = DispatchKind::groups, .target = target, .block = tile};
     s.signal = kept;
 }
 

@@ -1,6 +1,6 @@
 // One estimate of the visibility at every pixel of the working resolution.
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = 256) in;
 
 layout(constant_id = 3) const uint kind = 3; // obscurance, hbao, cosine, bitmask
 layout(constant_id = 4) const uint falloff_kind = 0;
@@ -113,30 +113,39 @@ Centre make_centre(ivec2 p, float z) {
     return c;
 }
 
-// The way from the centre to what is seen at `at` (texels of the finest level), from the level that suits a tap so many
-// texels away; very long for sky. False off the screen.
-bool tap_vector(Centre c, vec2 at, float away, out vec3 d) {
+// Where a tap looks. Taps are aimed and fetched several at a time: what one of them waits for, all wait for at once.
+struct Aim {
+    ivec2 texel; // of level `level`
+    int level;
+    vec2 exact; // the texel of the finest level that it was picked from
+    bool on_screen;
+};
+
+// At `at` (texels of the finest level), from the level that suits a tap so many texels away.
+Aim aim(vec2 at, float away) {
+    Aim a;
     const ivec2 bits = floatBitsToInt(at + (whole - 0.5)); // rounds half a pixel less, which is floor
     const ivec2 base = bits - whole_bits;
-    if (any(greaterThanEqual(uvec2(base), uvec2(constants.working_size))))
-        return false;
-    int m = 0;
-    vec2 exact;
+    a.on_screen = all(lessThan(uvec2(base), uvec2(constants.working_size)));
+    a.level = 0;
     if (mip_mode != 0)
-        m = clamp((floatBitsToInt(away * constants.mip_scale) >> 23) - 127, 0, last_mip);
-    const ivec2 q = base >> m;
-    const float z = depth_at(q, m);
+        a.level = clamp((floatBitsToInt(away * constants.mip_scale) >> 23) - 127, 0, last_mip);
+    a.texel = a.on_screen ? base >> a.level : ivec2(0);
     if (mip_mode == 1)
-        exact = vec2(rotated_base(q, m));
+        a.exact = vec2(rotated_base(a.texel, a.level));
     else if (mip_mode == 2)
-        exact = m > 0 ? (vec2(q) + 0.5) * float(1 << m) - 0.5 : vec2(q);
+        a.exact = a.level > 0 ? (vec2(a.texel) + 0.5) * float(1 << a.level) - 0.5 : vec2(a.texel);
     else
-        exact = intBitsToFloat((bits & (-1 << m)) | ((1 << m) >> 1)) - whole;
-    vec2 ray = exact * c.ray_scale + c.ray_offset;
+        a.exact = intBitsToFloat((bits & (-1 << a.level)) | ((1 << a.level) >> 1)) - whole;
+    return a;
+}
+
+// The way from the centre to what was found at depth z; very long for sky.
+vec3 way_to(Centre c, Aim a, float z) {
+    vec2 ray = a.exact * c.ray_scale + c.ray_offset;
     if (half_resolution && mip_mode != 2)
         ray += vec2(choice_of(z)) * constants.pixel_to_view.xy;
-    d = vec3((perspective ? ray * z : ray) - c.p.xy, -z - c.p.z);
-    return true;
+    return vec3((perspective ? ray * z : ray) - c.p.xy, -z - c.p.z);
 }
 
 float falloff(float t) {
@@ -232,21 +241,51 @@ Signal estimate(ivec2 p, float z, out vec3 bent) {
     return s;
 }
 
-void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(vec2(p), constants.working_size)))
-        return;
+// A workgroup has 32×16 pixels, two for each thread. With the pattern of 4×4 pixels every 32 threads in a row have the
+// pixels of one turn, four apart: their taps lie side by side in the caches, where random turns would scatter them.
+const ivec2 group_size = ivec2(32, 16);
+shared uvec2 results[group_size.x * group_size.y];
+
+ivec2 local_pixel(int index) {
+    const int lane = index & 31, row = index >> 5;
+    if (noise_kind == 3)
+        return ivec2((lane & 7) * 4 + (row & 3), (lane >> 3) * 4 + (row >> 2));
+    return ivec2((lane & 7) + (row & 3) * 8, (lane >> 3) + (row >> 2) * 4);
+}
+
+Signal signal_at(ivec2 p, out vec3 bent) {
     const float z = depth_at(p, 0);
     const vec2 pixel = pixel_of(p, z);
     Signal s = Signal(1.0, 0.0, 1.0, 0.0);
-    vec3 bent = vec3(0, 0, 1);
+    bent = vec3(0, 0, 1);
     const bool in_guard_band = any(lessThan(pixel, vec2(constants.guard_band))) ||
                                any(greaterThan(pixel, constants.size - constants.guard_band));
     if (!is_pyramid_sky(z) && !in_guard_band)
         s = estimate(p, z, bent);
     if (has_shadow)
         s.shadow = clamp(sane(texelFetch(shadow_image, scaled(ivec2(pixel), constants.shadow_ratio), 0).x), 0.0, 1.0);
-    imageStore(signal_image, p, uvec4(pack_signal(s), 0, 0));
-    if (want_bent_normal)
-        imageStore(bent_image, p, vec4(bent, s.w));
+    return s;
+}
+
+void main() {
+    const ivec2 origin = ivec2(gl_WorkGroupID.xy) * group_size;
+    for (int i = 0; i < 2; ++i) {
+        const ivec2 local = local_pixel(int(gl_LocalInvocationIndex) + 256 * i);
+        const ivec2 p = origin + local;
+        if (any(greaterThanEqual(vec2(p), constants.working_size)))
+            continue;
+        vec3 bent;
+        const Signal s = signal_at(p, bent);
+        results[local.y * group_size.x + local.x] = pack_signal(s);
+        if (want_bent_normal)
+            imageStore(bent_image, p, vec4(bent, s.w));
+    }
+    // Written in whole rows.
+    barrier();
+    for (int i = 0; i < 2; ++i) {
+        const int index = int(gl_LocalInvocationIndex) + 256 * i;
+        const ivec2 p = origin + ivec2(index % group_size.x, index / group_size.x);
+        if (all(lessThan(vec2(p), constants.working_size)))
+            imageStore(signal_image, p, uvec4(results[index], 0, 0));
+    }
 }

@@ -18,8 +18,7 @@ layout(constant_id = 14) const bool enlarges = false; // reads half resolution
 layout(constant_id = 15) const bool shows_weight = false;
 layout(constant_id = 16) const int tile_width = 32;
 layout(constant_id = 17) const int tile_height = 16;
-layout(constant_id = 18) const int border = 4; // radius times step, at least 1
-layout(constant_id = 19) const bool has_shadow = false;
+layout(constant_id = 18) const bool has_shadow = false;
 
 layout(set = 0, binding = 2) uniform usampler2D history;
 layout(set = 0, binding = 3) uniform sampler2D velocity_image;
@@ -27,8 +26,11 @@ layout(set = 0, binding = 4) uniform sampler2D normal_image;
 layout(set = 0, binding = 5) uniform writeonly uimage2D kept_image;
 
 const int threads = 256;
+const int run = 4; // texels that a thread averages, one after the other along the axis: what they share is loaded once
+const int border = filter_radius > 0 ? filter_radius * filter_step : 1;
 const int loaded_width = tile_width + 2 * border, loaded_height = tile_height + 2 * border;
-const int loaded_count = loaded_width * loaded_height;
+const int pitch = loaded_width | 1; // odd, so that a column lies in all banks
+const int loaded_count = pitch * loaded_height;
 const int row_count = tile_width * loaded_height;
 // Unpacked: every texel is looked at a dozen times. The planner sees to it that all fit into 16 KiB.
 shared float planar_tile[loaded_count];
@@ -63,35 +65,61 @@ float per_difference(float w) {
     return constants.filter_scale * (perspective ? 1.0 / (w * w) : 1.0);
 }
 
-// Visibility and shadow at `index` averaged along one axis: over rows of the tile, or over columns of averaged rows.
-vec2 averaged(int index, ivec2 p, bool rows) {
-    const int stride = rows ? 1 : loaded_width;
-    const float centre = planar_tile[index];
+// A run of texels along one axis with what lies within the filter's reach of it.
+const int reach = run + 2 * border;
+struct Window {
+    float planar[reach];
+    float value[reach];
+    float shadow[has_shadow ? reach : 1];
+};
+
+// Visibility and shadow of texel `i` of the run, averaged along the axis.
+vec2 averaged(Window window, int i, ivec2 p, ivec2 axis) {
+    const int middle = border + i;
+    const float centre = window.planar[middle];
     const float edge = per_difference(centre);
     float slope = 0.0;
     if (continue_slope)
-        slope = continued_slope(planar_tile[index - stride], centre, planar_tile[index + stride]) * edge;
+        slope = continued_slope(window.planar[middle - 1], centre, window.planar[middle + 1]) * edge;
     vec3 normal = vec3(0);
     if (use_normals)
         normal = normal_at(p);
-    const int row_index = (index / loaded_width) * tile_width + index % loaded_width - border;
     float total = 0.0, shadow = 0.0, weights = 0.0;
-    for (int k = -filter_radius; k <= filter_radius; ++k) {
+    [[unroll]] for (int k = -filter_radius; k <= filter_radius; ++k) {
         const int offset = k * filter_step;
-        const int at = index + offset * stride;
-        const float difference = planar_tile[at] * edge - (centre * edge + slope * float(offset));
+        const float difference = window.planar[middle + offset] * edge - (centre * edge + slope * float(offset));
         // The same in all threads: computed once.
         const float bell = exp2(-constants.filter_gaussian * float(offset * offset));
         float weight = bilateral_weight(bell, difference, weight_kind);
         if (use_normals && k != 0)
-            weight *= normal_weight(normal, p + (rows ? ivec2(offset, 0) : ivec2(0, offset)));
-        const int row_at = row_index + offset * tile_width;
-        total += weight * (rows ? value_tile[at] : value_rows[row_at]);
+            weight *= normal_weight(normal, p + offset * axis);
+        total += weight * window.value[middle + offset];
         if (has_shadow)
-            shadow += weight * (rows ? shadow_tile[at] : shadow_rows[row_at]);
+            shadow += weight * window.shadow[middle + offset];
         weights += weight;
     }
     return vec2(total, shadow) / weights;
+}
+
+// Rows of the tile and of its border above and below. The threads of a warp take different rows, the same columns.
+void average_rows(ivec2 origin, int thread) {
+    const int runs = tile_width / run;
+    for (int item = thread; item < loaded_height * runs; item += threads) {
+        const int y = item % loaded_height, x = item / loaded_height * run;
+        Window window;
+        [[unroll]] for (int k = 0; k < reach; ++k) {
+            window.planar[k] = planar_tile[y * pitch + x + k];
+            window.value[k] = value_tile[y * pitch + x + k];
+            if (has_shadow)
+                window.shadow[k] = shadow_tile[y * pitch + x + k];
+        }
+        [[unroll]] for (int i = 0; i < run; ++i) {
+            const vec2 value = averaged(window, i, origin + ivec2(x + i, y - border), ivec2(1, 0));
+            value_rows[y * tile_width + x + i] = value.x;
+            if (has_shadow)
+                shadow_rows[y * tile_width + x + i] = value.y;
+        }
+    }
 }
 
 #include "ambient_occlusion_temporal.glsl"
@@ -107,19 +135,56 @@ void store(ivec2 p, Signal s) {
         finish(p, s.w == 0.0 ? 1.0 : s.visibility, s.shadow);
 }
 
+// All fetches of a thread are under way before the first is used.
 void load_tile(ivec2 origin, int thread) {
     const ivec2 last = result_size() - 1;
-    for (int y = thread / 32; y < loaded_height; y += threads / 32)
-        for (int x = thread % 32; x < loaded_width; x += 32) {
-            const ivec2 p = origin - border + ivec2(x, y);
-            const bool inside = all(greaterThanEqual(p, ivec2(0))) && all(lessThanEqual(p, last));
-            const Signal s = load(clamp(p, ivec2(0), last));
-            const int at = y * loaded_width + x;
-            planar_tile[at] = inside && s.w != 0.0 ? s.w : no_planar;
-            value_tile[at] = s.visibility;
+    const int count = loaded_width * loaded_height;
+    const int loads = (count + threads - 1) / threads;
+    Signal fetched[loads];
+    [[unroll]] for (int i = 0; i < loads; ++i) {
+        const int index = min(thread + i * threads, count - 1);
+        const ivec2 p = origin - border + ivec2(index % loaded_width, index / loaded_width);
+        fetched[i] = load(clamp(p, ivec2(0), last));
+        if (any(lessThan(p, ivec2(0))) || any(greaterThan(p, last)))
+            fetched[i].w = 0.0;
+    }
+    [[unroll]] for (int i = 0; i < loads; ++i) {
+        const int index = min(thread + i * threads, count - 1);
+        const int at = index / loaded_width * pitch + index % loaded_width;
+        planar_tile[at] = fetched[i].w != 0.0 ? fetched[i].w : no_planar;
+        value_tile[at] = fetched[i].visibility;
+        if (has_shadow)
+            shadow_tile[at] = fetched[i].shadow;
+    }
+}
+
+void average_columns(ivec2 origin, int thread) {
+    const ivec2 size = result_size();
+    const int runs = tile_height / run;
+    for (int item = thread; item < tile_width * runs; item += threads) {
+        const int x = item % tile_width, y = item / tile_width * run;
+        Window window;
+        [[unroll]] for (int k = 0; k < reach; ++k) {
+            window.planar[k] = planar_tile[(y + k) * pitch + x + border];
+            window.value[k] = filter_radius > 0 ? value_rows[(y + k) * tile_width + x]
+                                                : value_tile[(y + k) * pitch + x + border];
             if (has_shadow)
-                shadow_tile[at] = s.shadow;
+                window.shadow[k] = filter_radius > 0 ? shadow_rows[(y + k) * tile_width + x]
+                                                     : shadow_tile[(y + k) * pitch + x + border];
         }
+        [[unroll]] for (int i = 0; i < run; ++i) {
+            const ivec2 p = origin + ivec2(x, y + i);
+            const float w = window.planar[border + i];
+            Signal s = Signal(1.0, w == no_planar ? 0.0 : w, 1.0, 0.0);
+            const vec2 value = averaged(window, i, p, ivec2(0, 1));
+            if (w != no_planar)
+                s.visibility = value.x;
+            if (has_shadow)
+                s.shadow = value.y;
+            if (all(lessThan(p, size)))
+                store(p, s);
+        }
+    }
 }
 
 void main() {
@@ -127,34 +192,9 @@ void main() {
     const int thread = int(gl_LocalInvocationIndex);
     load_tile(origin, thread);
     barrier();
-    const int x = thread % tile_width;
-    const int rows_at_once = threads / tile_width;
     if (filter_radius > 0) {
-        for (int y = thread / tile_width; y < loaded_height; y += rows_at_once) {
-            const int index = y * loaded_width + x + border;
-            const vec2 value = averaged(index, origin + ivec2(x, y - border), true);
-            value_rows[y * tile_width + x] = value.x;
-            if (has_shadow)
-                shadow_rows[y * tile_width + x] = value.y;
-        }
+        average_rows(origin, thread);
         barrier();
     }
-    for (int y = thread / tile_width; y < tile_height; y += rows_at_once) {
-        const ivec2 p = origin + ivec2(x, y);
-        if (any(greaterThanEqual(p, result_size())))
-            continue;
-        const int index = (y + border) * loaded_width + x + border;
-        const float w = planar_tile[index];
-        Signal s = Signal(value_tile[index], w == no_planar ? 0.0 : w, 1.0, 0.0);
-        if (has_shadow)
-            s.shadow = shadow_tile[index];
-        if (filter_radius > 0) {
-            const vec2 value = averaged(index, p, false);
-            if (w != no_planar)
-                s.visibility = value.x;
-            if (has_shadow)
-                s.shadow = value.y;
-        }
-        store(p, s);
-    }
+    average_columns(origin, thread);
 }

@@ -106,21 +106,36 @@ void add_tap(Centre c, Slice s, Side side, vec3 d, inout float horizon, inout Fo
         found.danger += share;
 }
 
-// Marches one side. Returns whether any of it is on the screen.
-bool march(Centre c, Slice s, Side side, float radius, float offset, inout Found found) {
-    float horizon = kind == 1 ? -side.sin_normal : side.sky; // the tangent plane
+// Marches both sides, two steps at a time. Returns whether any of the right and of the left is on the screen.
+bvec2 march(Centre c, Slice s, float radius, float offset, inout Found found) {
+    // Of the tangent plane.
+    vec2 horizon = kind == 1 ? vec2(-s.right.sin_normal, -s.left.sin_normal) : vec2(s.right.sky, s.left.sky);
     const float spacing = radius / float(steps);
-    bool any_seen = false;
-    for (uint k = 0; k < steps; ++k) {
-        float away = spacing * (float(k) + offset);
-        if (!even_steps)
-            away = radius * pow((float(k) + offset) / float(steps), constants.step_power);
-        away = max(away, 1.0);
-        vec3 d;
-        if (!tap_vector(c, c.working + side.way * away * s.step_direction, away, d))
-            break;
-        any_seen = true;
-        add_tap(c, s, side, d, horizon, found);
+    bvec2 any_seen = bvec2(false);
+    for (uint k = 0; k < steps; k += 2) {
+        Aim aims[4];
+        float z[4];
+        [[unroll]] for (uint j = 0; j < 4; ++j) {
+            const float number = float(k + j / 2) + offset;
+            const float at = even_steps ? spacing * number : radius * pow(number / float(steps), constants.step_power);
+            const float away = max(at, 1.0);
+            aims[j] = aim(c.working + ((j & 1) == 0 ? away : -away) * s.step_direction, away);
+            aims[j].on_screen = aims[j].on_screen && k + j / 2 < steps;
+        }
+        [[unroll]] for (uint j = 0; j < 4; ++j)
+            z[j] = depth_at(aims[j].texel, aims[j].level);
+        [[unroll]] for (uint j = 0; j < 4; ++j) {
+            if (!aims[j].on_screen)
+                continue;
+            const vec3 d = way_to(c, aims[j], z[j]);
+            if ((j & 1) == 0) {
+                any_seen.x = true;
+                add_tap(c, s, s.right, d, horizon.x, found);
+            } else {
+                any_seen.y = true;
+                add_tap(c, s, s.left, d, horizon.y, found);
+            }
+        }
     }
     return any_seen;
 }
@@ -132,13 +147,12 @@ void add_horizons(Centre c, vec2 noise, inout Sum sum) {
         const vec2 along = s.step_direction * constants.pixel_to_view.xy * working_pixel;
         const float radius = c.radius * inversesqrt(dot(along, along)) / (perspective ? -c.p.z : 1.0);
         Found found = Found(0u, 0.0, vec3(0), 0.0);
-        const bool right = march(c, s, s.right, radius, noise.y, found);
-        const bool left = march(c, s, s.left, radius, noise.y, found);
+        const bvec2 seen = march(c, s, radius, noise.y, found);
         // A way that leaves the screen at once tells nothing: the other one stands for both.
         const float whole_sky = s.right.sky + s.left.sky;
-        float all = right ? (left ? whole_sky : s.right.sky) : left ? s.left.sky : 0.0;
+        float all = seen.x ? (seen.y ? whole_sky : s.right.sky) : seen.y ? s.left.sky : 0.0;
         if (kind == 1)
-            all = float(right) + float(left);
+            all = float(seen.x) + float(seen.y);
         const float unit = kind == 3 ? whole_sky / 32.0 : 1.0; // of `hidden`
         if (all <= 0.0)
             continue;

@@ -29,24 +29,33 @@ void add_obscurance(Centre c, vec2 noise, inout Sum sum) {
     // A spiral's taps are jittered within their rings; the document's other patterns are as they are.
     const float first = radius * constants.first_tap + (pattern == 1 ? spacing * (noise.y - 0.5) : 0.0);
     vec2 direction = vec2(cos(angle), sin(angle));
-    for (uint i = 0; i < taps; ++i) {
-        const uint number = pattern == 0 ? i / 2 : i;
-        // Nearer than a pixel there is the pixel itself.
-        const float away = max(first + spacing * float(number), 1.0);
-        const vec2 offset = in_pairs && (i & 1) != 0 ? -direction : direction;
-        if (!in_pairs || (i & 1) != 0)
-            direction = vec2(direction.x * constants.turn.x - direction.y * constants.turn.y,
-                             direction.x * constants.turn.y + direction.y * constants.turn.x);
-        vec3 d;
-        if (!tap_vector(c, c.working + away * offset, away, d))
-            continue;
-        count += 1.0;
-        const float share = obscurance_of(c, d);
-        total += share;
-        if (want_bent_normal)
-            hidden += share * d * inversesqrt(max(dot(d, d), 1e-30));
-        if (test_occluders && share > 0.0 && !was_there(c.p + d))
-            danger += share;
+    for (uint first_of_four = 0; first_of_four < taps; first_of_four += 4) {
+        Aim aims[4];
+        float z[4];
+        [[unroll]] for (uint j = 0; j < 4; ++j) {
+            const uint i = first_of_four + j;
+            const uint number = pattern == 0 ? i / 2 : i;
+            // Nearer than a pixel there is the pixel itself.
+            const float away = max(first + spacing * float(number), 1.0);
+            const vec2 offset = in_pairs && (j & 1) != 0 ? -direction : direction;
+            if (!in_pairs || (j & 1) != 0)
+                direction = vec2(direction.x * constants.turn.x - direction.y * constants.turn.y,
+                                 direction.x * constants.turn.y + direction.y * constants.turn.x);
+            aims[j] = aim(c.working + away * offset, away);
+            aims[j].on_screen = aims[j].on_screen && i < taps;
+        }
+        [[unroll]] for (uint j = 0; j < 4; ++j)
+            z[j] = depth_at(aims[j].texel, aims[j].level);
+        [[unroll]] for (uint j = 0; j < 4; ++j) {
+            const vec3 d = way_to(c, aims[j], z[j]);
+            const float share = aims[j].on_screen ? obscurance_of(c, d) : 0.0;
+            count += float(aims[j].on_screen);
+            total += share;
+            if (want_bent_normal)
+                hidden += share * d * inversesqrt(max(dot(d, d), 1e-30));
+            if (test_occluders && share > 0.0 && !was_there(c.p + d))
+                danger += share;
+        }
     }
     if (count == 0.0)
         return;
