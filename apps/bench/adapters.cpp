@@ -31,13 +31,13 @@ double smooth(double place) {
     return (1.0 - a * a) * (1.0 - a * a);
 }
 
-std::string motion_blur_truth(const ParameterTable& table, const void* parameters, float time_step,
+std::string motion_blur_truth(const ParameterTable& table, const void* parameters, const TruthRequest& request,
                               scene::RenderOptions& options) {
     const auto number = [&](const char* name) { return value_of(table, parameters, name); };
     const auto choice = [&](const char* name) { return choice_of(table, parameters, name); };
     scene::Shutter& shutter = options.shutter;
     const double native = number("shutter");
-    const double fixed = native / (number("reference_frame_rate") * static_cast<double>(time_step));
+    const double fixed = native / (number("reference_frame_rate") * static_cast<double>(request.time_step));
     const std::string mode = choice("frame_rate_mode");
     shutter.open = mode == "fixed" ? fixed : mode == "reference" ? std::min(native, fixed) : native;
     shutter.open /= number("generated_frames");
@@ -64,11 +64,34 @@ std::vector<TileClassShare> motion_blur_classes(std::span<const float> rgba) {
             {"full", static_cast<double>(counts[2]) / all}};
 }
 
+// One falloff for all presets, so that they are compared with each other and not each with its own idea of the truth.
+std::string occlusion_truth(const ParameterTable& table, const void* parameters, const TruthRequest& request,
+                            scene::RenderOptions& options) {
+    const std::string falloff = request.falloff == "own" ? choice_of(table, parameters, "falloff") : request.falloff;
+    options.occlusion.radius = value_of(table, parameters, "radius");
+    options.occlusion.falloff = scene::find_falloff(falloff).value_or(scene::Falloff::hard);
+    const double usual = value_of(table, ParameterSet(table).data(), "radius");
+    std::string text;
+    if (options.occlusion.radius != usual)
+        text = fmt::format("radius {:g}", options.occlusion.radius);
+    if (options.occlusion.falloff != scene::Falloff::hard)
+        text += (text.empty() ? "" : " ") + falloff;
+    return text;
+}
+
 constexpr const char* motion_blur_opt_in[] = {"next_velocity"};
 constexpr const char* motion_blur_not_tuned[] = {
     "shutter",          "shutter_position", "shutter_curve", "frame_rate_mode",  "reference_frame_rate",
     "generated_frames", "hdr_weighting",    "layer_1_blend", "layer_1_strength", "layer_2_blend",
     "layer_2_strength", "animate_jitter",   "repair_edges"};
+
+// What is left is what the visibility alone costs.
+constexpr const char* occlusion_opt_in[] = {"shadow", "colour", "ambient", "soft_shadow", "bent_normal", "output"};
+constexpr const char* occlusion_not_tuned[] = {
+    "radius",           "intensity",          "power",         "falloff",        "normals",
+    "normal_space",     "guard_band",         "animate_noise", "temporal",       "second_filter",
+    "history_position", "history_visibility", "history_time",  "history_length", "history_occluders",
+    "application"};
 
 constexpr Adapter adapters[] = {
     {.effect = "motion-blur",
@@ -81,6 +104,16 @@ constexpr Adapter adapters[] = {
      .class_parameter = "debug_view",
      .class_value = "tile-class",
      .classes = motion_blur_classes},
+    {.effect = "ambient-occlusion",
+     .feeds = {},
+     .opt_in = occlusion_opt_in,
+     .not_tuned = occlusion_not_tuned,
+     .truth = "true_visibility",
+     .display_encoded = false,
+     .region = "occluded",
+     .rest = "open",
+     .history = "temporal",
+     .truth_options = occlusion_truth},
 };
 
 } // namespace
@@ -92,11 +125,16 @@ const Adapter& adapter_of(const EffectInfo& effect) {
     return found == std::end(adapters) ? none : *found;
 }
 
+bool is_bound(const Adapter& adapter, const ImageRole& role, std::span<const std::string> opted_in) {
+    const std::string_view name = role.name;
+    const bool is_opt_in = std::ranges::any_of(adapter.opt_in, [&](const char* optional) { return name == optional; });
+    return !is_opt_in || std::ranges::find(opted_in, name) != opted_in.end();
+}
+
 std::string plane_of(const Adapter& adapter, const ImageRole& role, std::span<const std::string> opted_in) {
     const std::string_view name = role.name;
-    for (const char* optional : adapter.opt_in)
-        if (name == optional && std::ranges::find(opted_in, name) == opted_in.end())
-            return "";
+    if (!is_bound(adapter, role, opted_in))
+        return "";
     for (const Feed& feed : adapter.feeds)
         if (name == feed.role)
             return feed.plane;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,8 +36,13 @@ class BoundImages {
     std::vector<apps::HostImage> outputs_;
 };
 
-// Runs the effect once on a new instance, and waits.
-Result<void> run_once(Rig& rig, Context& context, const EffectInfo& effect, const void* parameters, const Frame& frame,
-                      const BoundImages& images);
+struct SequenceFrame {
+    Frame facts;
+    const BoundImages* images;
+};
+
+// Runs the effect on the frames in turn on a new instance, and waits.
+Result<void> run_sequence(Rig& rig, Context& context, const EffectInfo& effect, const void* parameters,
+                          std::span<const SequenceFrame> frames);
 
 } // namespace sfumato::bench

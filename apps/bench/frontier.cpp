@@ -39,11 +39,24 @@ struct Point {
     double milliseconds() const {
         return mean([](const Place& place) { return place.milliseconds; });
     }
-    double moving() const {
-        return mean([](const Place& place) { return place.score.moving_psnr; });
+    const Adapter& adapter() const { return adapter_of(*effect); }
+    double merit() const {
+        return mean([&](const Place& place) { return bench::merit(adapter(), place.score); });
     }
-    double all() const {
+    double psnr() const {
         return mean([](const Place& place) { return place.score.all.psnr; });
+    }
+    double ssim() const {
+        return mean([](const Place& place) { return place.score.all.ssim; });
+    }
+    double rmse() const {
+        return mean([](const Place& place) { return place.score.all.rmse; });
+    }
+    double bias() const {
+        return mean([](const Place& place) { return place.score.all.bias; });
+    }
+    double region_rmse() const {
+        return mean([](const Place& place) { return place.score.region.rmse; });
     }
 };
 
@@ -61,14 +74,16 @@ Result<void> add_source(Rig& rig, const Options& options, const std::vector<cons
     std::string key;
     for (size_t i = 0; i < variants.size(); ++i) {
         const Variant& variant = *variants[i];
-        if (!judge || key != Judge::key(variant)) {
+        if (!Judge::why_not(options, variant, source).empty())
+            continue;
+        if (!judge || key != Judge::key(options, variant)) {
             auto made = Judge::create(rig, options, variant, source);
             if (!made)
                 return made.error();
             judge = std::move(*made);
-            key = Judge::key(variant);
+            key = Judge::key(options, variant);
         }
-        if (i == 0)
+        if (points[0].places.empty() || points[0].places.back().source != source.name())
             points[0].places.push_back({source.name(), 0.0, judge->score(judge->do_nothing(), options.ssim)});
         const auto time = time_chain(rig, *variant.effect, variant.parameters.data(), timed->sets,
                                      timing_options(options, rig, warm_up));
@@ -85,8 +100,8 @@ Result<void> add_source(Rig& rig, const Options& options, const std::vector<cons
 void mark_best(std::vector<Point>& points) {
     for (Point& point : points)
         point.is_best = std::ranges::none_of(points, [&](const Point& other) {
-            const bool no_worse = other.milliseconds() <= point.milliseconds() && other.moving() >= point.moving();
-            return no_worse && (other.milliseconds() < point.milliseconds() || other.moving() > point.moving());
+            const bool no_worse = other.milliseconds() <= point.milliseconds() && other.merit() >= point.merit();
+            return no_worse && (other.milliseconds() < point.milliseconds() || other.merit() > point.merit());
         });
 }
 
@@ -94,16 +109,18 @@ Json point_json(const Point& point) {
     Json places = Json::array();
     for (const Place& place : point.places) {
         Json entry = {{"scene", place.source}, {"ms", place.milliseconds}};
-        entry.update(score_json(place.score));
+        entry.update(score_json(point.adapter(), place.score));
         places.push_back(std::move(entry));
     }
-    return {{"effect", point.effect->name},
-            {"preset", point.label},
-            {"ms", point.milliseconds()},
-            {"psnr", point.all()},
-            {"psnr_moving", point.moving()},
-            {"on_frontier", point.is_best},
-            {"scenes", places}};
+    Json json = {
+        {"effect", point.effect->name}, {"preset", point.label}, {"ms", point.milliseconds()}, {"psnr", point.psnr()}};
+    if (point.adapter().display_encoded)
+        json["psnr_moving"] = point.merit();
+    else
+        json.update({{"rmse", point.rmse()}, {"bias", point.bias()}, {"rmse_occluded", point.region_rmse()}});
+    json["on_frontier"] = point.is_best;
+    json["scenes"] = places;
+    return json;
 }
 
 Result<std::vector<Point>> points_of(Rig& rig, const Options& options, const EffectInfo& effect,
@@ -124,6 +141,7 @@ Result<std::vector<Point>> points_of(Rig& rig, const Options& options, const Eff
             return added.error();
         warm_up = std::min(warm_up, 0.05);
     }
+    std::erase_if(points, [](const Point& point) { return point.places.empty(); }); // no truth for it anywhere
     mark_best(points);
     std::ranges::stable_sort(points, {}, &Point::milliseconds);
     return points;
@@ -137,29 +155,36 @@ Result<void> measure_frontier(Rig& rig, const Options& options, const Variants& 
     output.print(header_text("frontier", rig) + fmt::format("time at {}, error at {}, scenes: {}, means over them\n\n",
                                                             extent_text(size), extent_text(quality_size(options, rig)),
                                                             sources.size()));
-    Table table({"effect", "preset", "best", "ms", "PSNR moving", "PSNR all", "SSIM"}, 3);
+    Table pictures({"effect", "preset", "best", "ms", "PSNR moving", "PSNR all", "SSIM"}, 3);
+    Table values({"effect", "preset", "best", "ms", "RMSE", "bias", "RMSE occluded", "SSIM"}, 3);
+    bool any_picture = false, any_value = false;
     Json json = {{"program", "sfumato-bench"}, {"command", "frontier"}, {"device", device_json(rig)},
                  {"width", size.width},        {"height", size.height}, {"points", Json::array()}};
-    bool any = false;
     for (const EffectInfo* effect : effects()) {
         const bool is_wanted =
             std::ranges::any_of(variants, [&](const Variant& variant) { return variant.effect == effect; });
         if (!is_wanted || adapter_of(*effect).truth == nullptr)
             continue;
-        any = true;
+        const bool is_picture = adapter_of(*effect).display_encoded;
+        (is_picture ? any_picture : any_value) = true;
         const auto points = points_of(rig, options, *effect, variants, sources, output);
         if (!points)
             return points.error();
         for (const Point& point : *points) {
-            table.add({effect->name, point.label, point.is_best ? "*" : "", fixed(point.milliseconds(), 4),
-                       fixed(point.moving(), 2), fixed(point.all(), 2),
-                       fixed(point.mean([](const Place& place) { return place.score.all.ssim; }), 4)});
+            const std::string best = point.is_best ? "*" : "";
+            if (is_picture)
+                pictures.add({effect->name, point.label, best, fixed(point.milliseconds(), 4), fixed(point.merit(), 2),
+                              fixed(point.psnr(), 2), fixed(point.ssim(), 4)});
+            else
+                values.add({effect->name, point.label, best, fixed(point.milliseconds(), 4), fixed(point.rmse(), 4),
+                            fixed(point.bias(), 4), fixed(point.region_rmse(), 4), fixed(point.ssim(), 4)});
             json["points"].push_back(point_json(point));
         }
     }
-    if (!any)
+    if (!any_picture && !any_value)
         return Error{ErrorCode::invalid_argument, "none of the effects has a ground truth"};
-    output.print(table.text() + "*: nothing else is both faster and closer to the truth where things move.\n");
+    output.print((any_picture ? pictures.text() : "") + (any_value ? values.text() : "") +
+                 "*: nothing else is both faster and closer to the truth, of pictures where things move.\n");
     return output.write(json);
 }
 

@@ -42,14 +42,15 @@ Result<void> run(const bench::Options& options) {
     const auto variants = make_variants(options.variants);
     if (!variants)
         return variants.error();
-    auto sources = open_sources(options.scenes, options.raw_files);
+    auto sources = open_sources(options.scenes, options.raw_files, !options.variants.effect.empty());
     if (!sources)
         return sources.error();
     std::erase_if(*sources, [&](const auto& source) {
         return std::ranges::none_of(*variants, [&](const Variant& v) { return source->suits(v.effect->name); });
     });
     if (sources->empty())
-        return Error{ErrorCode::invalid_argument, "no scene is made for this effect: name some with --scene"};
+        return Error{ErrorCode::invalid_argument,
+                     "no scene is made for this effect, and no file holds its truth: name some with --scene"};
     auto rig = Rig::create(options.rig);
     if (!rig)
         return rig.error();

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cstdio>
 
+#include "scene/scene.h"
+
 #include <CLI/CLI.hpp>
 
 namespace sfumato::bench {
@@ -64,6 +66,10 @@ void add_common(CLI::App& app, Options& options, Texts& texts) {
         ->allow_extra_args(false);
     app.add_option("--samples", options.samples, "Samples a side of each pixel of a scene")->check(CLI::Range(1, 8));
     app.add_flag("--next-velocity", texts.next_velocity, "Feeds the velocity to the next frame as well");
+    app.add_option("--with", options.opted_in,
+                   "Binds optional images that are left out else: next_velocity, shadow, colour, ambient, soft_shadow, "
+                   "bent_normal, output")
+        ->delimiter(',');
     app.add_flag("--validation", options.rig.validation, "Runs under the validation layer; times mean nothing then");
 }
 
@@ -81,6 +87,10 @@ void add_quality(CLI::App& app, Options& options, Texts& texts) {
         ->check(CLI::Range(2, 256));
     app.add_option("--rays", options.rays, "Rays a pixel of the ground truth of occlusion; 1024 (128 on a CPU)")
         ->check(CLI::Range(1, 65536));
+    app.add_option("--truth-falloff", options.truth_falloff,
+                   "Falloff of the ground truth of occlusion; own: that of each preset");
+    app.add_option("--preroll", options.preroll, "Frames before the one that is scored, for presets with a history")
+        ->check(CLI::Range(0, 1000));
     app.add_flag("--no-ssim", texts.no_ssim, "Leaves out structural similarity, the slow figure");
 }
 
@@ -121,6 +131,19 @@ void add_commands(CLI::App& app, Options& options, Texts& texts) {
     app.require_subcommand(1);
 }
 
+std::string joined(std::span<const char* const> names) {
+    std::string text;
+    for (const char* name : names)
+        text += std::string(text.empty() ? "" : ", ") + name;
+    return text;
+}
+
+bool has_role(const std::string& name) {
+    return std::ranges::any_of(effects(), [&](const EffectInfo* effect) {
+        return std::ranges::any_of(effect->images, [&](const ImageRole& role) { return name == role.name; });
+    });
+}
+
 Result<void> convert(const Texts& texts, Options& options) {
     for (const std::string& text : texts.sizes) {
         auto size = parse_size(text);
@@ -142,6 +165,12 @@ Result<void> convert(const Texts& texts, Options& options) {
     }
     if (texts.next_velocity)
         options.opted_in.emplace_back("next_velocity");
+    if (options.truth_falloff != "own" && !scene::find_falloff(options.truth_falloff))
+        return usage("there is no falloff '" + options.truth_falloff + "'; there are own, " +
+                     joined(scene::falloff_names()));
+    for (const std::string& name : options.opted_in)
+        if (!has_role(name))
+            return usage("no effect has an image '" + name + "'");
     options.rotate = !texts.no_rotate;
     options.passes = !texts.no_passes;
     options.ssim = !texts.no_ssim;

@@ -24,6 +24,8 @@ struct Options {
     int rays = 0;       // 0: by the device
     int samples = 2;    // a side, of each pixel
     int batch = 0;      // 0: by the device
+    int preroll = 8;    // frames before the one that is scored, where there is a history
+    std::string truth_falloff = "hard";
     double warm_up = 0.3;
     bool rotate = true;
     bool passes = true;

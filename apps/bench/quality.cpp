@@ -20,7 +20,7 @@ struct Block {
     std::string source;
     Extent extent;
     std::string key;
-    double moving_share = 0.0;
+    double region_share = 0.0;
     std::vector<ScoredRow> rows;
 };
 
@@ -50,8 +50,8 @@ Result<Block> measure_block(Rig& rig, const Options& options, const std::vector<
     if (!judge)
         return judge.error();
     Block block{variants.front()->effect, source.name(),
-                (*judge)->extent(),       Judge::key(*variants.front()),
-                (*judge)->moving_share(), {}};
+                (*judge)->extent(),       Judge::key(options, *variants.front()),
+                (*judge)->region_share(), {}};
     std::vector<Picture> pictures;
     pictures.push_back({"do nothing", (*judge)->do_nothing()});
     auto context = rig.create_context(2, false);
@@ -78,7 +78,7 @@ Result<Block> measure_block(Rig& rig, const Options& options, const std::vector<
 }
 
 // Groups of variants with one effect and one truth, in their order.
-std::vector<std::vector<const Variant*>> groups_of(const Variants& variants) {
+std::vector<std::vector<const Variant*>> groups_of(const Options& options, const Variants& variants) {
     std::vector<std::vector<const Variant*>> groups;
     for (const Variant& variant : variants) {
         if (adapter_of(*variant.effect).truth == nullptr)
@@ -86,7 +86,7 @@ std::vector<std::vector<const Variant*>> groups_of(const Variants& variants) {
         bool found = false;
         for (auto& group : groups)
             if (!found && group.front()->effect == variant.effect &&
-                Judge::key(*group.front()) == Judge::key(variant)) {
+                Judge::key(options, *group.front()) == Judge::key(options, variant)) {
                 group.push_back(&variant);
                 found = true;
             }
@@ -96,27 +96,79 @@ std::vector<std::vector<const Variant*>> groups_of(const Variants& variants) {
     return groups;
 }
 
-std::string table_text(const std::vector<Block>& blocks) {
+std::string labels_of(const std::vector<const Variant*>& group) {
+    std::string text;
+    for (const Variant* variant : group)
+        text += (text.empty() ? "" : ", ") + variant->label;
+    return text;
+}
+
+std::string signed_text(double value) {
+    return (value > 0.0 ? "+" : "") + fixed(value, 4);
+}
+
+std::string row_label(const Block& block, const ScoredRow& row) {
+    return block.key.empty() ? row.label : row.label + " (" + block.key + ")";
+}
+
+// Pictures: in dB, apart where things move.
+Table picture_table(const std::vector<const Block*>& blocks) {
     Table table({"effect", "scene", "size", "preset", "PSNR all", "moving", "still", "SSIM", "max error", "moving %"},
                 4);
-    for (const Block& block : blocks)
-        for (const ScoredRow& row : block.rows) {
-            const std::string label = block.key.empty() ? row.label : row.label + " (" + block.key + ")";
-            table.add({block.effect->name, block.source, extent_text(block.extent), label, fixed(row.score.all.psnr, 2),
-                       fixed(row.score.moving_psnr, 2), fixed(row.score.still_psnr, 2), fixed(row.score.all.ssim, 4),
-                       fixed(row.score.all.max_error, 3), fixed(100.0 * block.moving_share, 1)});
-            if (row.score.all.non_finite > 0)
-                table.add({"", "", "", fmt::format("  {} pixels are NaN or infinite", row.score.all.non_finite)});
+    for (const Block* block : blocks)
+        for (const ScoredRow& row : block->rows) {
+            const Score& score = row.score;
+            table.add({block->effect->name, block->source, extent_text(block->extent), row_label(*block, row),
+                       fixed(score.all.psnr, 2), fixed(score.region.psnr, 2), fixed(score.rest.psnr, 2),
+                       fixed(score.all.ssim, 4), fixed(score.all.max_error, 3), fixed(100.0 * block->region_share, 1)});
+            if (score.all.non_finite > 0)
+                table.add({"", "", "", fmt::format("  {} pixels are NaN or infinite", score.all.non_finite)});
         }
-    return table.text() + "PSNR in dB of sRGB-encoded colour, 120 for equality; moving: where truth and sharp frame "
-                          "differ; ceiling: truth with half the sub-frames.\n";
+    return table;
+}
+
+// Everything else: in its own unit, apart where doing nothing is wrong.
+Table value_table(const std::vector<const Block*>& blocks) {
+    Table table({"effect", "scene", "size", "preset", "RMSE", "bias", "RMSE occluded", "bias", "RMSE open", "bias",
+                 "SSIM", "max error", "occluded %"},
+                4);
+    for (const Block* block : blocks)
+        for (const ScoredRow& row : block->rows) {
+            const Score& score = row.score;
+            table.add({block->effect->name, block->source, extent_text(block->extent), row_label(*block, row),
+                       fixed(score.all.rmse, 4), signed_text(score.all.bias), fixed(score.region.rmse, 4),
+                       signed_text(score.region.bias), fixed(score.rest.rmse, 4), signed_text(score.rest.bias),
+                       fixed(score.all.ssim, 4), fixed(score.all.max_error, 3), fixed(100.0 * block->region_share, 1)});
+            if (score.all.non_finite > 0)
+                table.add({"", "", "", fmt::format("  {} pixels are NaN or infinite", score.all.non_finite)});
+        }
+    return table;
+}
+
+std::string tables_text(const std::vector<Block>& blocks, const Options& options) {
+    std::vector<const Block*> pictures, values;
+    for (const Block& block : blocks)
+        (adapter_of(*block.effect).display_encoded ? pictures : values).push_back(&block);
+    std::string text;
+    if (!pictures.empty())
+        text += picture_table(pictures).text() +
+                "PSNR in dB of sRGB-encoded colour, 120 for equality; moving: where truth and sharp frame differ; "
+                "ceiling: truth with half the sub-frames.\n";
+    if (!values.empty())
+        text += std::string(text.empty() ? "" : "\n") + value_table(values).text() +
+                fmt::format("Visibility, 1 open to 0 blocked; do nothing: 1; bias: mean of result less truth, below 0 "
+                            "is too dark; occluded: where the truth is below 0.955, and 3 pixels around; ceiling: a "
+                            "second truth with other rays. Falloff of the truth: {}. Presets with a history are scored "
+                            "after {} more frames; a file's one frame is held still for them.\n",
+                            options.truth_falloff, options.preroll);
+    return text;
 }
 
 } // namespace
 
 Result<void> measure_quality(Rig& rig, const Options& options, const Variants& variants, const Sources& sources,
                              const Output& output) {
-    const auto groups = groups_of(variants);
+    const auto groups = groups_of(options, variants);
     if (groups.empty())
         return Error{ErrorCode::invalid_argument, "none of the effects has a ground truth"};
     for (const auto& source : sources) // before hours of work on the others
@@ -130,33 +182,45 @@ Result<void> measure_quality(Rig& rig, const Options& options, const Variants& v
         if (failed)
             return Error{ErrorCode::input, options.pictures + ": cannot be made a folder for pictures"};
     }
-    output.print(header_text("quality", rig) + fmt::format("{} sub-frames, {} samples a pixel\n\n",
-                                                           truth_sub_frames(options, rig),
-                                                           options.samples * options.samples));
+    output.print(header_text("quality", rig) +
+                 fmt::format("truth: {} sub-frames, {} rays a pixel; {} samples a pixel\n\n",
+                             truth_sub_frames(options, rig), truth_rays(options, rig),
+                             options.samples * options.samples));
     std::vector<Block> blocks;
+    std::string without; // what has no truth, a line each
     for (const auto& source : sources)
         for (const auto& group : groups) {
             if (!source->suits(group.front()->effect->name))
                 continue;
+            if (const std::string why = Judge::why_not(options, *group.front(), *source); !why.empty()) {
+                without += fmt::format("{}: not scored: {}\n", labels_of(group), why);
+                continue;
+            }
             output.progress(source->name());
             auto block = measure_block(rig, options, group, *source);
             if (!block)
                 return block.error();
             blocks.push_back(std::move(*block));
         }
-    output.print(table_text(blocks));
+    if (blocks.empty())
+        return Error{ErrorCode::input, without.empty() ? "there is nothing to score" : without};
+    output.print(tables_text(blocks, options) + without);
     Json json = {{"program", "sfumato-bench"},
                  {"command", "quality"},
                  {"device", device_json(rig)},
                  {"sub_frames", truth_sub_frames(options, rig)},
                  {"samples", options.samples * options.samples},
+                 {"rays", truth_rays(options, rig)},
+                 {"truth_falloff", options.truth_falloff},
                  {"rows", Json::array()}};
     for (const Block& block : blocks)
         for (const ScoredRow& row : block.rows) {
-            Json entry = {{"effect", block.effect->name},      {"scene", block.source}, {"width", block.extent.width},
-                          {"height", block.extent.height},     {"truth", block.key},    {"preset", row.label},
-                          {"moving_share", block.moving_share}};
-            entry.update(score_json(row.score));
+            const Adapter& adapter = adapter_of(*block.effect);
+            const std::string region_share = std::string(adapter.region) + "_share";
+            Json entry = {{"effect", block.effect->name},    {"scene", block.source}, {"width", block.extent.width},
+                          {"height", block.extent.height},   {"truth", block.key},    {"preset", row.label},
+                          {region_share, block.region_share}};
+            entry.update(score_json(adapter, row.score));
             json["rows"].push_back(std::move(entry));
         }
     return output.write(json);

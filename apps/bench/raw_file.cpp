@@ -49,8 +49,10 @@ Result<void> check_images(const RawFrame& frame) {
         const char* name;
         uint32_t least, most;
     };
-    static constexpr Need needs[] = {
-        {"colour", 3, 4}, {"depth", 1, 4}, {"velocity", 2, 4}, {"next_velocity", 2, 4}, {"truth", 3, 4}};
+    static constexpr Need needs[] = {{"colour", 3, 4},           {"depth", 1, 4},  {"velocity", 2, 4},
+                                     {"next_velocity", 2, 4},    {"normal", 3, 4}, {"true_visibility", 1, 4},
+                                     {"true_bent_normal", 3, 4}, {"shadow", 1, 4}, {"direct", 3, 4},
+                                     {"ambient", 3, 4},          {"truth", 3, 4}};
     if (frame.find("colour") == nullptr)
         return broken(frame.path, "there is no image 'colour'");
     for (const Need& need : needs) {
@@ -59,10 +61,18 @@ Result<void> check_images(const RawFrame& frame) {
             return broken(frame.path, fmt::format("image '{}' has {} channels, {} to {} are possible", need.name,
                                                   image->channels, need.least, need.most));
     }
-    const RawImage* truth = frame.find("truth");
-    if (truth != nullptr && truth->extent != frame.find("colour")->extent)
-        return broken(frame.path, "truth is " + extent_text(truth->extent) + ", but colour is " +
-                                      extent_text(frame.find("colour")->extent));
+    const Extent extent = frame.find("colour")->extent;
+    for (const char* name : {"truth", "true_visibility"})
+        if (const RawImage* truth = frame.find(name); truth != nullptr && truth->extent != extent)
+            return broken(frame.path, fmt::format("{} is {}, but colour is {}", name, extent_text(truth->extent),
+                                                  extent_text(extent)));
+    for (const char* name : {"world_to_view", "projection", "previous_world_to_view", "previous_projection"})
+        if (const RawImage* matrix = frame.find(name);
+            matrix != nullptr && (matrix->extent != Extent{4, 4} || matrix->channels != 1))
+            return broken(frame.path, fmt::format("'{}' must be a matrix: 4x4 with one channel", name));
+    if (const RawImage* radius = frame.find("truth_radius");
+        radius != nullptr && (radius->extent != Extent{1, 1} || radius->channels != 1))
+        return broken(frame.path, "'truth_radius' must be one number: 1x1 with one channel");
     return {};
 }
 

@@ -4,7 +4,10 @@
 //   an empty line
 //   the images' values in the order of the lines, row by row from the top, channels interleaved
 // Names: colour (3 or 4 channels, linear), depth (1, linear view depth), velocity and next_velocity (2, pixels a frame,
-// +x right, +y down), truth (3 or 4; what the effect should give), and any other name, which is kept but not used.
+// +x right, +y down), normal (3, view space), truth (3 or 4; true motion blur), true_visibility (1; true ambient
+// occlusion, hard, within truth_radius), and any other name, which is kept but not used.
+// Facts are images as well, of one channel: world_to_view and projection are 4x4, row by row, for column vectors, with
+// view and clip space as in sfumato/frame.h; previous_world_to_view and previous_projection too; truth_radius is 1x1.
 #pragma once
 
 #include "sfumato/image.h"

@@ -34,7 +34,8 @@ Result<std::vector<TileClassShare>> class_shares(Rig& rig, const Variant& varian
     auto context = rig.create_context(2, false);
     if (!context)
         return context.error();
-    if (auto run = run_once(rig, **context, *variant.effect, parameters.data(), input.frame, input.images); !run)
+    const SequenceFrame frame{input.frame, &input.images};
+    if (auto run = run_sequence(rig, **context, *variant.effect, parameters.data(), {&frame, 1}); !run)
         return run.error();
     const auto view = rig.device().readback(input.images.output());
     if (!view)
@@ -223,6 +224,7 @@ Result<TimedInputs> load_timed_inputs(Rig& rig, const Options& options, const Ef
     const std::vector<int> offsets = options.rotate ? std::vector<int>{-1, 0, 1} : std::vector<int>{0};
     for (const int offset : offsets) {
         LoadRequest request{extent, offset, wanted_planes(effect, options.opted_in), {}};
+        request.is_compact = true;
         request.options.samples = options.samples;
         auto inputs = source.load(rig, request);
         if (!inputs)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -20,17 +21,24 @@ struct Case {
 
 struct Figures {
     double milliseconds = 0.0;
-    double moving = 0.0;
-    double all = 0.0;
+    double merit = 0.0;
+    double psnr = 0.0;
+    double bias = 0.0;
+
+    void add(const Figures& other, double weight) {
+        merit += weight * other.merit;
+        psnr += weight * other.psnr;
+        bias += weight * other.bias;
+    }
 };
 
 class Tuner {
   public:
     Tuner(Rig& rig, const Options& options, const Variant& start) : rig_(rig), options_(options), start_(start) {}
 
-    // Scenes in which nothing moves tell nothing and are left out; the others alternate between the halves.
+    // Scenes in which there is nothing to do tell nothing and are left out; the others alternate between the halves.
     Result<void> load(const Sources& sources, const Output& output) {
-        size_t moving = 0;
+        size_t kept = 0;
         for (const auto& source : sources) {
             if (!source->suits(start_.effect->name))
                 continue;
@@ -38,20 +46,22 @@ class Tuner {
             auto judge = Judge::create(rig_, options_, start_, *source);
             if (!judge)
                 return judge.error();
-            if ((*judge)->moving_share() == 0.0)
+            if ((*judge)->region_share() == 0.0)
                 continue;
             auto timed =
                 load_timed_inputs(rig_, options_, *start_.effect, *source, times_sizes(options_, rig_, true).front());
             if (!timed)
                 return timed.error();
-            auto& half = moving++ % 2 == 0 ? training_ : report_;
+            auto& half = kept++ % 2 == 0 ? training_ : report_;
             half.push_back({source->name(), std::move(*timed), std::move(*judge)});
         }
         if (training_.empty())
-            return Error{ErrorCode::input, "nothing moves in any of the scenes: there is nothing to tune on"};
+            return Error{ErrorCode::input, std::string("nothing is ") + adapter_of(*start_.effect).region +
+                                               " in any of the scenes: there is nothing to tune on"};
         return {};
     }
 
+    const EffectInfo& effect() const { return *start_.effect; }
     const std::vector<Case>& training() const { return training_; }
     const std::vector<Case>& report() const { return report_.empty() ? training_ : report_; }
 
@@ -76,24 +86,20 @@ class Tuner {
             context_ = std::move(*context);
         }
         const Variant variant{start_.effect, "", setting};
-        figures.moving = figures.all = 0.0;
+        figures = {};
         for (const Case& one : cases) {
             const auto picture = one.judge->run(rig_, *context_, variant);
             if (!picture)
                 return picture.error();
-            add(one, *picture, figures);
+            figures.add(figures_of(one, *picture), 1.0 / static_cast<double>(cases.size()));
         }
-        figures.moving /= static_cast<double>(cases.size());
-        figures.all /= static_cast<double>(cases.size());
         return {};
     }
 
     Figures do_nothing(const std::vector<Case>& cases) const {
         Figures figures;
         for (const Case& one : cases)
-            add(one, one.judge->do_nothing(), figures);
-        figures.moving /= static_cast<double>(cases.size());
-        figures.all /= static_cast<double>(cases.size());
+            figures.add(figures_of(one, one.judge->do_nothing()), 1.0 / static_cast<double>(cases.size()));
         return figures;
     }
 
@@ -107,16 +113,18 @@ class Tuner {
         Figures figures;
         if (auto scored = score(training_, setting, figures); !scored)
             return scored.error();
-        outcome.psnr = figures.moving;
+        outcome.merit = figures.merit;
         return outcome;
     }
 
   private:
-    static void add(const Case& one, const media::Planes& picture, Figures& figures) {
+    static double known(double value) { return std::isfinite(value) ? value : 0.0; }
+
+    Figures figures_of(const Case& one, const media::Planes& picture) const {
         const Score score = one.judge->score(picture, false);
         // Equality somewhere must not outweigh everything else.
-        figures.moving += std::isfinite(score.moving_psnr) ? std::min(score.moving_psnr, 60.0) : 0.0;
-        figures.all += std::isfinite(score.all.psnr) ? std::min(score.all.psnr, 60.0) : 0.0;
+        return {0.0, std::min(known(merit(adapter_of(*start_.effect), score)), 60.0),
+                std::min(known(score.all.psnr), 60.0), known(score.all.bias)};
     }
 
     Rig& rig_;
@@ -183,13 +191,22 @@ Result<ReportRow> report_row(Tuner& tuner, const std::string& label, const Param
     return row;
 }
 
-Json figures_json(const Figures& figures) {
-    return {{"ms", figures.milliseconds}, {"psnr_moving", figures.moving}, {"psnr", figures.all}};
+Json figures_json(const Adapter& adapter, const Figures& figures) {
+    if (adapter.display_encoded)
+        return {{"ms", figures.milliseconds}, {"psnr_moving", figures.merit}, {"psnr", figures.psnr}};
+    return {{"ms", figures.milliseconds}, {"rmse", -figures.merit}, {"bias", figures.bias}};
+}
+
+std::vector<std::string> figures_cells(const Adapter& adapter, const Figures& figures) {
+    if (adapter.display_encoded)
+        return {fixed(figures.milliseconds, 4), fixed(figures.merit, 2), fixed(figures.psnr, 2)};
+    return {fixed(figures.milliseconds, 4), fixed(-figures.merit, 4), fixed(figures.bias, 4)};
 }
 
 // Prints every improvement, so that a long search can be followed and broken off.
 Result<void> search_all(Tuner& tuner, TuneSearch& search, const Options& options, const ParameterSet& start,
                         const Output& output) {
+    const Adapter& adapter = adapter_of(tuner.effect());
     ParameterSet proposal = start;
     for (int i = 0; i < options.evaluations && search.propose(proposal); ++i) {
         output.progress(fmt::format("{} of {}", i + 1, options.evaluations));
@@ -200,8 +217,9 @@ Result<void> search_all(Tuner& tuner, TuneSearch& search, const Options& options
         search.tell(proposal, *outcome);
         if (!improves)
             continue;
-        std::string text = fmt::format("{:4}  {:.4f} ms  {}", i + 1, outcome->milliseconds,
-                                       outcome->is_within_budget ? fixed(outcome->psnr, 2) + " dB " : "too slow");
+        std::string text =
+            fmt::format("{:4}  {:.4f} ms  {}", i + 1, outcome->milliseconds,
+                        outcome->is_within_budget ? merit_text(adapter, outcome->merit) + " " : "too slow");
         for (const std::string& difference : differences(proposal, start))
             text += " " + difference.substr(difference.find('.') + 1);
         output.print(text + "\n");
@@ -217,6 +235,9 @@ Result<void> report_all(Rig& rig, Tuner& tuner, const TuneSearch& search, const 
         ParameterSet setting(*start.effect->parameters);
         if (auto applied = apply_preset(setting.table(), setting.data(), preset.name); !applied)
             return applied;
+        // A preset that asks for another truth cannot be compared.
+        if (Judge::key(options, {start.effect, preset.name, setting}) != Judge::key(options, start))
+            continue;
         auto row = report_row(tuner, preset.name, setting);
         if (!row)
             return row.error();
@@ -226,7 +247,10 @@ Result<void> report_all(Rig& rig, Tuner& tuner, const TuneSearch& search, const 
     if (!found)
         return found.error();
     rows.push_back(std::move(*found));
-    Table table({"setting", "training ms", "moving dB", "all dB", "report ms", "moving dB", "all dB"}, 1);
+    const Adapter& adapter = adapter_of(*start.effect);
+    const char* merit_name = adapter.display_encoded ? "moving dB" : "RMSE";
+    const char* other_name = adapter.display_encoded ? "all dB" : "bias";
+    Table table({"setting", "training ms", merit_name, other_name, "report ms", merit_name, other_name}, 1);
     Json json = {{"program", "sfumato-bench"},
                  {"command", "tune"},
                  {"device", device_json(rig)},
@@ -238,11 +262,13 @@ Result<void> report_all(Rig& rig, Tuner& tuner, const TuneSearch& search, const 
                  {"report", names_of(tuner.report())},
                  {"rows", Json::array()}};
     for (const ReportRow& row : rows) {
-        table.add({row.label, fixed(row.training.milliseconds, 4), fixed(row.training.moving, 2),
-                   fixed(row.training.all, 2), fixed(row.report.milliseconds, 4), fixed(row.report.moving, 2),
-                   fixed(row.report.all, 2)});
-        json["rows"].push_back(
-            {{"setting", row.label}, {"training", figures_json(row.training)}, {"report", figures_json(row.report)}});
+        std::vector<std::string> cells = {row.label};
+        for (const Figures* figures : {&row.training, &row.report})
+            std::ranges::copy(figures_cells(adapter, *figures), std::back_inserter(cells));
+        table.add(std::move(cells));
+        json["rows"].push_back({{"setting", row.label},
+                                {"training", figures_json(adapter, row.training)},
+                                {"report", figures_json(adapter, row.report)}});
     }
     const auto sets = differences(search.best(), start.parameters);
     json["sets"] = sets;

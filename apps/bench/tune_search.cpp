@@ -32,7 +32,7 @@ double least_positive(const ParameterInfo& info) {
 bool is_better(const Outcome& a, const Outcome& b) {
     if (a.is_within_budget != b.is_within_budget)
         return a.is_within_budget;
-    return a.is_within_budget ? a.psnr > b.psnr : a.milliseconds < b.milliseconds;
+    return a.is_within_budget ? a.merit > b.merit : a.milliseconds < b.milliseconds;
 }
 
 TuneSearch::TuneSearch(const ParameterSet& start, std::vector<const ParameterInfo*> knobs, uint64_t seed)

@@ -14,7 +14,7 @@ namespace sfumato::bench {
 
 struct Outcome {
     double milliseconds = 0.0;
-    double psnr = 0.0; // of what moves; the higher the better
+    double merit = 0.0; // the higher the better
     bool is_within_budget = false;
 };
 

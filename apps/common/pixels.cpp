@@ -14,6 +14,7 @@ constexpr PixelFormat pixel_formats[] = {
     {VK_FORMAT_R8_UNORM, "R8_UNORM", 1, ChannelKind::unorm8},
     {VK_FORMAT_R8G8_UNORM, "R8G8_UNORM", 2, ChannelKind::unorm8},
     {VK_FORMAT_R8G8B8A8_UNORM, "R8G8B8A8_UNORM", 4, ChannelKind::unorm8},
+    {VK_FORMAT_R8G8B8A8_SNORM, "R8G8B8A8_SNORM", 4, ChannelKind::snorm8},
     {VK_FORMAT_R16_UNORM, "R16_UNORM", 1, ChannelKind::unorm16},
     {VK_FORMAT_R16G16_UNORM, "R16G16_UNORM", 2, ChannelKind::unorm16},
     {VK_FORMAT_R16G16B16A16_UNORM, "R16G16B16A16_UNORM", 4, ChannelKind::unorm16},
@@ -28,6 +29,7 @@ constexpr PixelFormat pixel_formats[] = {
 uint32_t channel_bytes(ChannelKind kind) {
     switch (kind) {
     case ChannelKind::unorm8:
+    case ChannelKind::snorm8:
         return 1;
     case ChannelKind::unorm16:
     case ChannelKind::half:
@@ -42,6 +44,10 @@ uint32_t unorm_from_float(float value, float steps) {
     if (!(value > 0.0f)) // NaN as well
         return 0;
     return static_cast<uint32_t>(std::lround(std::min(value, 1.0f) * steps));
+}
+
+int8_t snorm_from_float(float value) {
+    return std::isnan(value) ? int8_t{0} : static_cast<int8_t>(std::lround(std::clamp(value, -1.0f, 1.0f) * 127.0f));
 }
 
 template <class Channel>
@@ -60,6 +66,8 @@ void store_channel(ChannelKind kind, std::byte* target, float value) {
     switch (kind) {
     case ChannelKind::unorm8:
         return store(target, static_cast<uint8_t>(unorm_from_float(value, 255.0f)));
+    case ChannelKind::snorm8:
+        return store(target, snorm_from_float(value));
     case ChannelKind::unorm16:
         return store(target, static_cast<uint16_t>(unorm_from_float(value, 65535.0f)));
     case ChannelKind::half:
@@ -93,6 +101,8 @@ float load_channel(ChannelKind kind, const std::byte* source) {
     switch (kind) {
     case ChannelKind::unorm8:
         return static_cast<float>(load<uint8_t>(source)) / 255.0f;
+    case ChannelKind::snorm8: // both of the lowest values are -1
+        return std::max(static_cast<float>(load<int8_t>(source)) / 127.0f, -1.0f);
     case ChannelKind::unorm16:
         return static_cast<float>(load<uint16_t>(source)) / 65535.0f;
     case ChannelKind::half:

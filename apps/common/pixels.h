@@ -11,7 +11,7 @@
 
 namespace sfumato::apps {
 
-enum class ChannelKind { unorm8, unorm16, half, real };
+enum class ChannelKind { unorm8, snorm8, unorm16, half, real };
 
 struct PixelFormat {
     VkFormat format;
@@ -22,7 +22,8 @@ struct PixelFormat {
     uint32_t bytes() const; // of one pixel
 };
 
-// One, two and four channels of 8 and 16 bits unorm, half and float; nullptr for any other format.
+// One, two and four channels of 8 and 16 bits unorm, half and float, four of 8 bits snorm; nullptr for any other
+// format.
 const PixelFormat* find_pixel_format(VkFormat format);
 
 // Round to nearest even; infinities and NaN stay what they are, finite values beyond the range become infinity.
@@ -30,7 +31,7 @@ uint16_t half_from_float(float value);
 float float_from_half(uint16_t half);
 
 // `values` has `components` (1…4) channels a pixel. Channels that the format lacks are dropped, channels that the data
-// lack become 0, alpha 1. Unorm clamps to 0…1 and stores NaN as 0.
+// lack become 0, alpha 1. Unorm clamps to 0…1, snorm to -1…1; both store NaN as 0.
 void encode_pixels(const PixelFormat& format, std::span<const float> values, uint32_t components,
                    std::span<std::byte> bytes);
 

@@ -83,7 +83,8 @@ class Bench : public testing::Test {
     std::filesystem::path folder_;
 };
 
-constexpr const char* small_quality = "quality --scene two-trains --size 48x27 --subframes 4 --preset low,high ";
+constexpr const char* small_quality =
+    "quality --effect motion-blur --scene two-trains --size 48x27 --subframes 4 --preset low,high ";
 
 TEST_F(Bench, SaysWhatIsWrongInOneLine) {
     expect_failure("", 2, "subcommand");
@@ -115,9 +116,10 @@ TEST_F(Bench, TellsHelpAndWhatThereIs) {
 }
 
 TEST_F(Bench, TimesEveryPresetAndPass) {
-    const Finished finished = run("times --scene still --size 64x36,40x24 --frames 3 --warm-up 0 --batch 8 "
-                                  "--preset low,high --validation --json " +
-                                  path("times.json"));
+    const Finished finished =
+        run("times --effect motion-blur --scene still --size 64x36,40x24 --frames 3 --warm-up 0 --batch 8 "
+            "--preset low,high --validation --json " +
+            path("times.json"));
     ASSERT_EQ(finished.exit_code, 0) << finished.error;
     EXPECT_NE(finished.out.find("median ms"), std::string::npos);
     const json parsed = json::parse(text_of(path("times.json")));
@@ -177,7 +179,7 @@ TEST_F(Bench, RefusesBrokenFiles) {
     const std::string whole = text_of(path("good.raw"));
     const auto refuse = [&](const std::string& content, const std::string& message) {
         std::ofstream(path("bad.raw"), std::ios::binary) << content;
-        expect_failure("quality --scene none --input-raw " + path("bad.raw"), 3, message);
+        expect_failure("quality --effect motion-blur --scene none --input-raw " + path("bad.raw"), 3, message);
     };
     refuse("", "SFRAW1");
     refuse("SFRAW1\n", "empty line");
@@ -194,8 +196,9 @@ TEST_F(Bench, RefusesBrokenFiles) {
 }
 
 TEST_F(Bench, DrawsTheFrontier) {
-    const Finished finished = run("frontier --scene two-trains --size 48x27 --quality-size 48x27 --subframes 4 "
-                                  "--frames 2 --warm-up 0 --preset low --vary taps=2,8 --json -");
+    const Finished finished =
+        run("frontier --effect motion-blur --scene two-trains --size 48x27 --quality-size 48x27 --subframes 4 "
+            "--frames 2 --warm-up 0 --preset low --vary taps=2,8 --json -");
     ASSERT_EQ(finished.exit_code, 0) << finished.error;
     const json points = json::parse(finished.out)["points"];
     ASSERT_EQ(points.size(), 3u);
