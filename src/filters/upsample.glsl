@@ -6,13 +6,12 @@
 
 const uint upsample_nearest = 0, upsample_bilinear = 1, upsample_soma = 2, upsample_relative = 3;
 
-// `difference` of depth in units of what counts as an edge.
-float upsample_weight(float bilinear, float difference, uint kind) {
-    if (kind == upsample_bilinear)
-        return bilinear;
+// Of four texels; `differences` of depth in units of what counts as an edge.
+vec4 upsample_weights(vec4 bilinear, vec4 differences, uint kind) {
     if (kind == upsample_soma) // max(0.00001, 0.1 m - |dz|) * 30 a metre
-        return bilinear + 3.0 * max(0.0001, 1.0 - difference);
-    return bilinear * exp2(-difference * difference);
+        return bilinear + 3.0 * max(vec4(0.0001), 1.0 - differences);
+    const vec4 alike = clamp(1.0 - differences, 0.0, 1.0);
+    return bilinear * alike * alike;
 }
 
 #endif

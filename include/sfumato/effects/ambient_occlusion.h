@@ -37,7 +37,7 @@ struct AmbientOcclusionParameters {
     OcclusionEstimator estimator = OcclusionEstimator::horizon;
     HorizonMeasure measure = HorizonMeasure::bitmask;
     int slices = 2;
-    int steps = 6;
+    int steps = 8;
     float step_power = 1.0f;
     float thickness = 0.67f;
     TapPattern pattern = TapPattern::spiral;
@@ -46,25 +46,25 @@ struct AmbientOcclusionParameters {
     float depth_bias = 0.00005f;
     OcclusionNormalisation normalisation = OcclusionNormalisation::calibrated;
     float radius_limit = 2.0f;
-    OcclusionNoise noise = OcclusionNoise::gradient_noise;
+    OcclusionNoise noise = OcclusionNoise::blocks;
     bool animate_noise = false;
     int iterations = 1;
 
     OcclusionResolution resolution = OcclusionResolution::full;
     HalfDepthChoice half_depth = HalfDepthChoice::checkerboard;
-    DepthMips depth_mips = DepthMips::rotated;
+    DepthMips depth_mips = DepthMips::centre;
     float mip_rate = 3.0f;
     DepthStorage depth_storage = DepthStorage::full;
     NormalSource normals = NormalSource::given;
     NormalSpace normal_space = NormalSpace::view;
     int guard_band = 0;
 
-    int filter_radius = 4;
+    int filter_radius = 2;
     int filter_step = 1;
     float filter_sigma = 2.5f;
-    DepthWeight filter_weight = DepthWeight::gaussian;
+    DepthWeight filter_weight = DepthWeight::tent;
     DepthDifference filter_comparison = DepthDifference::relative;
-    float filter_depth = 0.02f;
+    float filter_depth = 0.03f;
     bool filter_slope = true;
     float filter_normal = 0.0f;
     bool full_resolution_filter = false;

@@ -23,23 +23,13 @@ layout(set = 1, binding = 0) uniform Constants { AmbientOcclusionConstants const
 #ifdef PASS_filter
 #include "bilateral.glsl"
 #include "temporal.glsl"
-#include "upsample.glsl"
 #include "ambient_occlusion_finish.glsl"
-#include "ambient_occlusion_upsample.glsl"
 #include "ambient_occlusion_filter.glsl"
 #endif
 #ifdef PASS_upsample
 #include "upsample.glsl"
 #include "ambient_occlusion_finish.glsl"
 #include "ambient_occlusion_upsample.glsl"
-layout(local_size_x = 16, local_size_y = 8) in;
-void main() {
-    const ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(vec2(pixel), constants.size)))
-        return;
-    const Signal s = upsampled(pixel, full_planar(pixel));
-    finish(pixel, s.visibility, s.shadow);
-}
 #endif
 #ifdef PASS_bend
 #include "ambient_occlusion_bend.glsl"

@@ -124,6 +124,11 @@ void set_pattern(Setup& s) {
     c.turn = {std::cos(angle), std::sin(angle)};
 }
 
+// The border that a workgroup loads is at most 8 wide.
+int filter_step(const AmbientOcclusionParameters& p) {
+    return std::min(p.filter_step, std::max(1, 8 / std::max(1, p.filter_radius)));
+}
+
 void set_constants(Setup& s) {
     const AmbientOcclusionParameters& p = s.parameters;
     AmbientOcclusionConstants& c = s.constants;
@@ -151,6 +156,12 @@ void set_constants(Setup& s) {
     c.code_scale = s.is_perspective ? p.radius : 1.0f / p.radius;
     const float per_radius = p.filter_comparison == DepthDifference::radius ? 1.0f / p.radius : 1.0f;
     c.filter_scale = per_radius / p.filter_depth;
+    const auto bell = [&](int k) {
+        const auto offset = static_cast<float>(k * filter_step(p));
+        return std::exp(-0.5f * offset * offset / (p.filter_sigma * p.filter_sigma));
+    };
+    c.bells_near = {bell(1), bell(2), bell(3), bell(4)};
+    c.bells_far = {bell(5), bell(6), bell(7), bell(8)};
     c.filter_gaussian = 0.5f / (p.filter_sigma * p.filter_sigma) * std::numbers::log2e_v<float>;
     c.filter_normal = p.filter_normal;
     c.history_position = p.history_position / p.radius;
@@ -210,7 +221,9 @@ void plan_estimate(Planner& planner, Setup& s) {
                                                                        p.pattern != TapPattern::spiral,
                                                                        view,
                                                                        s.is_direct(),
-                                                                       s.frame.depth_kind == DepthKind::device};
+                                                                       s.frame.depth_kind == DepthKind::device,
+                                                                       s.images.normal.extent == s.extent,
+                                                                       p.animate_noise || p.iterations > 1};
     pass.accesses = {s.is_direct() ? read(s.depth) : Access{s.pyramid, AccessKind::fetch, all_mips, false},
                      read(derived ? no_resource : s.normal),
                      read(s.shadow),
@@ -241,9 +254,6 @@ void add_finish(Planner& planner, const Setup& s, Pass& pass, bool is_last) {
     pass.specialization.push_back(static_cast<uint32_t>(s.parameters.application));
     pass.specialization.push_back(has_output);
     pass.specialization.push_back(bool(i.soft_shadow));
-    pass.specialization.push_back(s.frame.depth_kind == DepthKind::device);
-    const bool raw = s.parameters.debug_view != OcclusionView::none;
-    pass.specialization.push_back(static_cast<uint32_t>(raw ? OcclusionUpsample::nearest : s.parameters.upsample));
 }
 
 struct FilterPass {
@@ -252,14 +262,16 @@ struct FilterPass {
     bool temporal; // blends with the history
     bool to_history;
     bool is_last;
-    bool enlarges;
+    bool enlarged;
 };
 
 // The largest tile whose border fits into the 16 KiB of shared memory that every device has: depth, visibility and
 // perhaps a shadow of every texel, and the last two of every averaged row.
-Extent filter_tile(uint32_t border, bool has_shadow) {
+Extent filter_tile(uint32_t border, bool has_shadow, bool is_small) {
     const uint32_t values = has_shadow ? 2 : 1;
     for (const Extent tile : {Extent{32, 32}, {32, 24}, {32, 16}, {16, 16}, {16, 8}}) {
+        if (is_small && tile.width > 16)
+            continue;
         const uint32_t rows = tile.height + 2 * border;
         if ((tile.width + 2 * border + 1) * rows * (1 + values) + tile.width * rows * values <= 4096)
             return tile;
@@ -270,15 +282,17 @@ Extent filter_tile(uint32_t border, bool has_shadow) {
 void plan_filter(Planner& planner, Setup& s, const FilterPass& f) {
     const AmbientOcclusionParameters& p = s.parameters;
     const int radius = f.filters ? p.filter_radius : 0;
-    const int step = std::min(p.filter_step, std::max(1, 8 / std::max(1, radius)));
-    const Extent extent = f.enlarges ? s.extent : s.working;
+    const int step = filter_step(p);
+    const Extent extent = f.enlarged ? s.extent : s.working;
     const VkFormat format = s.is_wide ? VK_FORMAT_R32G32_UINT : VK_FORMAT_R32_UINT;
     const bool keeps = f.to_history || !f.is_last;
     const ResourceId kept =
         f.to_history ? s.history.current : planner.transient("filtered", format, keeps ? extent : Extent{1, 1});
     const bool uses_normals = f.filters && p.filter_normal > 0.0f && s.images.normal;
     const auto border = static_cast<uint32_t>(std::max(1, radius * step));
-    const Extent tile = filter_tile(border, s.has_shadow());
+    // Few texels: many short threads hide more latency than few long ones.
+    const bool is_small = uint64_t{extent.width} * extent.height < 800000;
+    const Extent tile = filter_tile(border, s.has_shadow(), is_small);
     Pass& pass = planner.pass(f.name, shader::filter);
     pass.specialization = s.common() + std::initializer_list<uint32_t>{static_cast<uint32_t>(radius),
                                                                        static_cast<uint32_t>(step),
@@ -291,13 +305,14 @@ void plan_filter(Planner& planner, Setup& s, const FilterPass& f) {
                                                                        f.temporal && s.images.velocity,
                                                                        f.is_last,
                                                                        keeps,
-                                                                       f.enlarges,
+                                                                       f.enlarged,
                                                                        p.debug_view == OcclusionView::history_weight,
                                                                        tile.width,
                                                                        tile.height,
-                                                                       s.has_shadow()};
+                                                                       s.has_shadow(),
+                                                                       is_small ? 1u : 4u};
     pass.accesses = {read(s.signal),
-                     read(f.enlarges ? s.depth : no_resource),
+                     read(no_resource),
                      read(f.temporal ? s.history.previous : no_resource),
                      read(f.temporal ? s.velocity : no_resource),
                      read(uses_normals ? s.normal : no_resource),
@@ -311,14 +326,22 @@ void plan_filter(Planner& planner, Setup& s, const FilterPass& f) {
     s.signal = kept;
 }
 
-void plan_upsample(Planner& planner, Setup& s) {
+// Ends in the host's images, or in a signal of full resolution for the filter.
+void plan_upsample(Planner& planner, Setup& s, bool is_last) {
+    const OcclusionUpsample kind =
+        s.parameters.debug_view == OcclusionView::none ? s.parameters.upsample : OcclusionUpsample::nearest;
+    const ResourceId kept = planner.transient("enlarged", s.is_wide ? VK_FORMAT_R32G32_UINT : VK_FORMAT_R32_UINT,
+                                              is_last ? Extent{1, 1} : s.extent);
     Pass& pass = planner.pass("upsample", shader::upsample);
-    pass.specialization = s.common();
-    pass.accesses = {read(s.signal),    read(s.depth),     read(no_resource), read(no_resource),
+    pass.specialization = s.common() + std::initializer_list<uint32_t>{s.frame.depth_kind == DepthKind::device,
+                                                                       static_cast<uint32_t>(kind), is_last};
+    pass.accesses = {read(s.signal),    read(s.depth),     write(kept),       read(no_resource),
                      read(no_resource), read(no_resource), read(no_resource), read(no_resource)};
-    add_finish(planner, s, pass, true);
+    add_finish(planner, s, pass, is_last);
     pass.constants = constants_of(s.constants);
-    pass.dispatch = {DispatchKind::texels, s.visibility, 0, 0};
+    // A workgroup has 32x16 pixels, the first of which lie one off the image.
+    pass.dispatch = {.kind = DispatchKind::groups, .target = is_last ? s.visibility : kept, .block = {31, 15}};
+    s.signal = kept;
 }
 
 void plan_bend(Planner& planner, Setup& s) {
@@ -347,10 +370,10 @@ void plan_filters(Planner& planner, Setup& s) {
                      ends_here && !second, false});
     if (second)
         plan_filter(planner, s, {"second filter", !late, false, true, ends_here, false});
+    if (s.is_half())
+        plan_upsample(planner, s, !late);
     if (late)
-        plan_filter(planner, s, {"enlarging filter", true, false, false, true, true});
-    else if (s.is_half())
-        plan_upsample(planner, s);
+        plan_filter(planner, s, {"filter", true, false, false, true, true});
 }
 
 } // namespace
@@ -370,8 +393,8 @@ float occlusion_calibration(const AmbientOcclusionParameters& p) {
     if (p.normalisation == OcclusionNormalisation::plain)
         return 1.0f;
     // In the order of the falloffs: hard, linear, quadratic, sao, contact, wide.
-    static constexpr float obscurance[] = {1.6f, 1.6f, 1.6f, 1.6f, 1.6f, 1.6f};
-    static constexpr float hbao[] = {1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f};
+    static constexpr float obscurance[] = {2.73f, 4.38f, 3.74f, 2.54f, 5.84f, 3.28f};
+    static constexpr float hbao[] = {0.85f, 0.98f, 0.92f, 0.99f, 1.08f, 0.89f};
     const auto falloff = static_cast<size_t>(p.falloff);
     if (p.estimator == OcclusionEstimator::obscurance)
         return obscurance[falloff];

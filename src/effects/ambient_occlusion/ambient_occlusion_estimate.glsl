@@ -22,6 +22,8 @@ layout(constant_id = 18) const bool even_steps = true;
 layout(constant_id = 20) const uint view = 0; // none, depth, normal, mip, radius
 layout(constant_id = 21) const bool direct = false; // from the host's depth instead of the pyramid
 layout(constant_id = 22) const bool device_depth = false;
+layout(constant_id = 23) const bool same_size = false; // normals and depth
+layout(constant_id = 24) const bool moving_noise = false;
 
 layout(set = 0, binding = 0) uniform sampler2D pyramid;
 layout(set = 0, binding = 1) uniform sampler2D normal_image;
@@ -51,8 +53,9 @@ struct Centre {
     vec3 p; // view position
     vec3 n; // normal
     vec3 v; // towards the eye
-    float radius;        // scene units
+    float radius, inverse_radius; // scene units
     float radius_pixels; // vertically, at full resolution
+    float inverse_depth; // 1 for parallel rays
     vec2 working;        // the pixel in texels of the finest level
     vec2 ray_scale, ray_offset; // view xy over depth of a texel of the finest level
 };
@@ -85,7 +88,8 @@ vec3 derived_normal(ivec2 p, vec3 centre) {
 
 Centre make_centre(ivec2 p, float z) {
     Centre c;
-    const vec2 pixel = pixel_of(p, z);
+    const ivec2 full_pixel = half_resolution ? 2 * p + choice_of(z) : p;
+    const vec2 pixel = vec2(full_pixel) + 0.5;
     c.pixel = pixel;
     const float pulled = z * (1.0 - constants.depth_bias);
     const vec3 position = view_position(pixel, z);
@@ -93,13 +97,15 @@ Centre make_centre(ivec2 p, float z) {
     c.v = perspective ? -normalize(position) : vec3(0, 0, 1);
     bool found = false;
     if (normal_encoding != 0) {
-        c.n = decode_normal(texelFetch(normal_image, scaled(ivec2(pixel), constants.normal_ratio), 0), normal_encoding);
+        c.n = decode_normal(texelFetch(normal_image, same_size ? full_pixel : scaled(full_pixel, constants.normal_ratio), 0), normal_encoding);
         const float squared = dot(c.n, c.n);
         found = squared > 0.01 && is_finite(squared);
         c.n *= inversesqrt(max(squared, 0.01));
     }
-    if (!found)
+    if (normal_encoding == 0)
         c.n = derived_normal(p, position);
+    else if (!found)
+        c.n = c.v;
     // Interpolated normals may face away at silhouettes.
     const float facing = dot(c.n, c.v);
     if (facing < 0.01)
@@ -107,9 +113,14 @@ Centre make_centre(ivec2 p, float z) {
     c.working = pixel / working_pixel;
     c.ray_scale = constants.pixel_to_view.xy * working_pixel;
     c.ray_offset = constants.pixel_to_view.zw + 0.5 * constants.pixel_to_view.xy;
-    c.radius_pixels = constants.radius * constants.pixels / (perspective ? pulled : 1.0);
-    c.radius = constants.radius * min(1.0, constants.radius_limit / c.radius_pixels);
-    c.radius_pixels = min(c.radius_pixels, constants.radius_limit);
+    // Where the limit shortens the radius on the screen it shortens it in the scene as well.
+    const float inverse_depth = perspective ? 1.0 / pulled : 1.0;
+    const float unlimited = constants.radius * constants.pixels * inverse_depth;
+    const float excess = max(unlimited / constants.radius_limit, 1.0); // by a uniform
+    c.radius_pixels = min(unlimited, constants.radius_limit);
+    c.inverse_radius = excess / constants.radius;
+    c.radius = excess > 1.0 ? 1.0 / c.inverse_radius : constants.radius;
+    c.inverse_depth = inverse_depth;
     return c;
 }
 
@@ -176,8 +187,11 @@ vec2 pattern_noise(ivec2 p, uint iteration) {
     }
     const int x = p.x & 3, y = p.y & 3;
     const int order = ((x ^ y) & 1) * 8 + (y & 1) * 4 + (((x ^ y) >> 1) & 1) * 2 + (y >> 1);
-    const vec2 pair = vec2(float(order) / 16.0, (float((order * 7 + 3) & 15) + 0.5) / 16.0);
-    return fract(pair + (number + constants.block_shift) * vec2(0.75487767, 0.56984029));
+    // Sixteenths, put into the bits of a float between 1 and 2.
+    vec2 pair = uintBitsToFloat(uvec2(0x3f800000u) | (uvec2(order, order * 7 + 3) & 15u) << 19) - vec2(1.0, 1.0 - 1.0 / 32.0);
+    if (moving_noise)
+        pair = fract(pair + (number + constants.block_shift) * vec2(0.75487767, 0.56984029));
+    return pair;
 }
 
 // What the taps add up to.
@@ -242,13 +256,14 @@ Signal estimate(ivec2 p, float z, out vec3 bent) {
 }
 
 // A workgroup has 32×16 pixels, two for each thread. With the pattern of 4×4 pixels every 32 threads in a row have the
-// pixels of one turn, four apart: their taps lie side by side in the caches, where random turns would scatter them.
+// pixels of one turn, four apart: their taps lie side by side in the coarser
+// depths, where random turns would scatter them.
 const ivec2 group_size = ivec2(32, 16);
 shared uvec2 results[group_size.x * group_size.y];
 
 ivec2 local_pixel(int index) {
     const int lane = index & 31, row = index >> 5;
-    if (noise_kind == 3)
+    if (noise_kind == 3 && mip_mode != 0)
         return ivec2((lane & 7) * 4 + (row & 3), (lane >> 3) * 4 + (row >> 2));
     return ivec2((lane & 7) + (row & 3) * 8, (lane >> 3) + (row >> 2) * 4);
 }
@@ -269,7 +284,7 @@ Signal signal_at(ivec2 p, out vec3 bent) {
 
 void main() {
     const ivec2 origin = ivec2(gl_WorkGroupID.xy) * group_size;
-    for (int i = 0; i < 2; ++i) {
+    [[dont_unroll]] for (int i = 0; i < 2; ++i) {
         const ivec2 local = local_pixel(int(gl_LocalInvocationIndex) + 256 * i);
         const ivec2 p = origin + local;
         if (any(greaterThanEqual(vec2(p), constants.working_size)))

@@ -14,19 +14,20 @@ layout(constant_id = 10) const bool temporal = false;
 layout(constant_id = 11) const bool has_velocity = false;
 layout(constant_id = 12) const bool is_last = false;  // finishes, at full resolution
 layout(constant_id = 13) const bool keeps = true;     // writes the signal
-layout(constant_id = 14) const bool enlarges = false; // reads half resolution
+layout(constant_id = 14) const bool enlarged = false; // at full resolution, from a half one
 layout(constant_id = 15) const bool shows_weight = false;
 layout(constant_id = 16) const int tile_width = 32;
 layout(constant_id = 17) const int tile_height = 16;
 layout(constant_id = 18) const bool has_shadow = false;
+layout(constant_id = 19) const int run = 4; // texels that a thread averages, one after the other: what they share is loaded once
 
+layout(set = 0, binding = 0) uniform usampler2D signal_image;
 layout(set = 0, binding = 2) uniform usampler2D history;
 layout(set = 0, binding = 3) uniform sampler2D velocity_image;
 layout(set = 0, binding = 4) uniform sampler2D normal_image;
 layout(set = 0, binding = 5) uniform writeonly uimage2D kept_image;
 
 const int threads = 256;
-const int run = 4; // texels that a thread averages, one after the other along the axis: what they share is loaded once
 const int border = filter_radius > 0 ? filter_radius * filter_step : 1;
 const int loaded_width = tile_width + 2 * border, loaded_height = tile_height + 2 * border;
 const int pitch = loaded_width | 1; // odd, so that a column lies in all banks
@@ -39,16 +40,10 @@ shared float shadow_tile[has_shadow ? loaded_count : 1];
 shared float value_rows[row_count];
 shared float shadow_rows[has_shadow ? row_count : 1];
 
-ivec2 result_size() { return ivec2(enlarges ? constants.size : constants.working_size); }
-
-Signal load(ivec2 p) {
-    if (!enlarges)
-        return unpack_signal(texelFetch(signal_image, p, 0).xy);
-    return upsampled(p, full_planar(p));
-}
+ivec2 result_size() { return ivec2(enlarged ? constants.size : constants.working_size); }
 
 vec3 normal_at(ivec2 p) {
-    const ivec2 pixel = half_resolution && !enlarges ? 2 * p : p;
+    const ivec2 pixel = half_resolution && !enlarged ? 2 * p : p;
     return decode_normal(texelFetch(normal_image, scaled(pixel, constants.normal_ratio), 0), normal_encoding);
 }
 
@@ -63,6 +58,10 @@ float per_difference(float w) {
         return constants.filter_scale / w;
     // dz = dw / w² in perspective.
     return constants.filter_scale * (perspective ? 1.0 / (w * w) : 1.0);
+}
+
+float bell_at(int k) {
+    return k == 0 ? 1.0 : k < 5 ? constants.bells_near[k - 1] : constants.bells_far[k - 5];
 }
 
 // A run of texels along one axis with what lies within the filter's reach of it.
@@ -88,9 +87,7 @@ vec2 averaged(Window window, int i, ivec2 p, ivec2 axis) {
     [[unroll]] for (int k = -filter_radius; k <= filter_radius; ++k) {
         const int offset = k * filter_step;
         const float difference = window.planar[middle + offset] * edge - (centre * edge + slope * float(offset));
-        // The same in all threads: computed once.
-        const float bell = exp2(-constants.filter_gaussian * float(offset * offset));
-        float weight = bilateral_weight(bell, difference, weight_kind);
+        float weight = bilateral_weight(bell_at(abs(k)), difference, weight_kind);
         if (use_normals && k != 0)
             weight *= normal_weight(normal, p + offset * axis);
         total += weight * window.value[middle + offset];
@@ -125,7 +122,7 @@ void average_rows(ivec2 origin, int thread) {
 #include "ambient_occlusion_temporal.glsl"
 
 void store(ivec2 p, Signal s) {
-    if (wide && !enlarges)
+    if (wide)
         s.count = float(texelFetch(signal_image, p, 0).x & 31u);
     if (temporal)
         s = blended(p, s);
@@ -144,7 +141,7 @@ void load_tile(ivec2 origin, int thread) {
     [[unroll]] for (int i = 0; i < loads; ++i) {
         const int index = min(thread + i * threads, count - 1);
         const ivec2 p = origin - border + ivec2(index % loaded_width, index / loaded_width);
-        fetched[i] = load(clamp(p, ivec2(0), last));
+        fetched[i] = unpack_signal(texelFetch(signal_image, clamp(p, ivec2(0), last), 0).xy);
         if (any(lessThan(p, ivec2(0))) || any(greaterThan(p, last)))
             fetched[i].w = 0.0;
     }

@@ -25,6 +25,13 @@ struct Slice {
     float weight; // length of the normal's projection
 };
 
+// 0.01 radians at worst: an error of 0.005 in S.
+float arc_cosine(float x) {
+    const float a = min(abs(x), 1.0);
+    const float b = (1.5707963 - 0.1565827 * a) * sqrt(1.0 - a);
+    return x >= 0.0 ? b : pi - b;
+}
+
 Slice make_slice(Centre c, float turn) {
     Slice s;
     s.step_direction = vec2(cos(turn * pi), sin(turn * pi));
@@ -36,18 +43,10 @@ Slice make_slice(Centre c, float turn) {
     s.weight = dot(in_slice, in_slice) * inverse_weight;
     const float sin_normal = in_slice.x * inverse_weight;
     s.cos_normal = in_slice.y * inverse_weight;
-    const float gamma = atan(sin_normal, s.cos_normal);
-    const float both = 0.5 * (s.cos_normal + gamma * sin_normal), lean = 0.25 * pi * sin_normal;
+    const float both = 0.5 * (s.cos_normal + arc_cosine(s.cos_normal) * abs(sin_normal)), lean = 0.25 * pi * sin_normal;
     s.right = Side(1.0, sin_normal, both + lean);
     s.left = Side(-1.0, -sin_normal, both - lean);
     return s;
-}
-
-// 0.01 radians at worst: an error of 0.005 in S.
-float arc_cosine(float x) {
-    const float a = min(abs(x), 1.0);
-    const float b = (1.5707963 - 0.1565827 * a) * sqrt(1.0 - a);
-    return x >= 0.0 ? b : pi - b;
 }
 
 // S in the direction (away from the eye's line, towards the eye); all of the side where it is below the surface.
@@ -74,7 +73,7 @@ void add_tap(Centre c, Slice s, Side side, vec3 d, inout float horizon, inout Fo
     if (!(squared < c.radius * c.radius && rise > 0.0 && rise * rise > constants.bias * constants.bias * squared))
         return;
     const vec2 direction = vec2(side.way * dot(d, s.across), dot(d, c.v));
-    const float weight = falloff_kind == 0 ? 1.0 : falloff(sqrt(squared) / c.radius);
+    const float weight = falloff_kind == 0 ? 1.0 : falloff(sqrt(squared) * c.inverse_radius);
     float share = 0.0;
     if (kind == 1) {
         const float sine = direction.y * inversesqrt(max(dot(direction, direction), 1e-30));
@@ -145,7 +144,7 @@ void add_horizons(Centre c, vec2 noise, inout Sum sum) {
         const Slice s = make_slice(c, (float(i) + noise.x) / float(slices));
         // The radius in texels along this line: pixels need not be square.
         const vec2 along = s.step_direction * constants.pixel_to_view.xy * working_pixel;
-        const float radius = c.radius * inversesqrt(dot(along, along)) / (perspective ? -c.p.z : 1.0);
+        const float radius = c.radius * inversesqrt(dot(along, along)) * c.inverse_depth;
         Found found = Found(0u, 0.0, vec3(0), 0.0);
         const bvec2 seen = march(c, s, radius, noise.y, found);
         // A way that leaves the screen at once tells nothing: the other one stands for both.

@@ -6,11 +6,12 @@
 // rotation matrix not given; 137.5° spreads the directions). So one rotation serves all.
 
 layout(constant_id = 19) const bool in_pairs = false;
+const uint at_once = taps % 4 == 0 || in_pairs ? 4 : 3;
 
 float obscurance_of(Centre c, vec3 d) {
     const float squared = dot(d, d);
     const float inverse_length = inversesqrt(max(squared, 1e-30));
-    const float t = squared * inverse_length / c.radius;
+    const float t = squared * inverse_length * c.inverse_radius;
     const float elevation = dot(d, c.n) * inverse_length;
     if (falloff_kind == 3) {
         // SAO: (r² - d²)³ max(v·n - bias, 0) / (d² + ε), lengths in radii.
@@ -29,11 +30,11 @@ void add_obscurance(Centre c, vec2 noise, inout Sum sum) {
     // A spiral's taps are jittered within their rings; the document's other patterns are as they are.
     const float first = radius * constants.first_tap + (pattern == 1 ? spacing * (noise.y - 0.5) : 0.0);
     vec2 direction = vec2(cos(angle), sin(angle));
-    for (uint first_of_four = 0; first_of_four < taps; first_of_four += 4) {
-        Aim aims[4];
-        float z[4];
-        [[unroll]] for (uint j = 0; j < 4; ++j) {
-            const uint i = first_of_four + j;
+    for (uint first_of_some = 0; first_of_some < taps; first_of_some += at_once) {
+        Aim aims[at_once];
+        float z[at_once];
+        [[unroll]] for (uint j = 0; j < at_once; ++j) {
+            const uint i = first_of_some + j;
             const uint number = pattern == 0 ? i / 2 : i;
             // Nearer than a pixel there is the pixel itself.
             const float away = max(first + spacing * float(number), 1.0);
@@ -44,9 +45,9 @@ void add_obscurance(Centre c, vec2 noise, inout Sum sum) {
             aims[j] = aim(c.working + away * offset, away);
             aims[j].on_screen = aims[j].on_screen && i < taps;
         }
-        [[unroll]] for (uint j = 0; j < 4; ++j)
+        [[unroll]] for (uint j = 0; j < at_once; ++j)
             z[j] = depth_at(aims[j].texel, aims[j].level);
-        [[unroll]] for (uint j = 0; j < 4; ++j) {
+        [[unroll]] for (uint j = 0; j < at_once; ++j) {
             const vec3 d = way_to(c, aims[j], z[j]);
             const float share = aims[j].on_screen ? obscurance_of(c, d) : 0.0;
             count += float(aims[j].on_screen);

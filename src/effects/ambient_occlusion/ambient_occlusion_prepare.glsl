@@ -26,14 +26,16 @@ float read_depth(ivec2 pixel) {
 float base_depth(ivec2 p) {
     if (!half_resolution)
         return read_depth(p);
+    // One gather has all four; off the image it repeats the last row and column.
+    const vec4 gathered = textureGather(depth_image, (2.0 * vec2(p) + 1.0) / constants.size, 0).wzxy;
     const bool nearest = half_choice == 1 || (half_choice == 0 && ((p.x ^ p.y) & 1) == 0);
-    float chosen = read_depth(2 * p);
+    float chosen = 0.0;
     int choice = 0;
-    for (int i = 1; i < 4; ++i) {
-        const ivec2 pixel = 2 * p + ivec2(i & 1, i >> 1);
-        const float z = read_depth(pixel);
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+        const float z = usable_depth(device_depth ? view_depth_of(gathered[i], constants.projection) : gathered[i]);
         // Odd sizes: the last texel has fewer than four pixels, which must not be taken for others.
-        if (all(lessThan(pixel, ivec2(constants.size))) && (nearest ? z < chosen : z > chosen)) {
+        const bool exists = all(lessThan(2 * p + ivec2(i & 1, i >> 1), ivec2(constants.size)));
+        if (i == 0 || (exists && (nearest ? z < chosen : z > chosen))) {
             chosen = z;
             choice = i;
         }

@@ -15,6 +15,8 @@ struct AmbientOcclusionConstants {
     mat4 view_from_world; // for normals in world space
     vec4 pixel_to_view;   // view xy = (pixel * xy + zw) times depth where the camera is perspective
     vec4 previous_pixel_to_view;
+    vec4 bells_near;   // of the filter, at its first to fourth tap from the middle
+    vec4 bells_far;    // fifth to eighth
     vec2 size;         // full resolution, pixels
     vec2 working_size; // of the estimate
     vec2 normal_ratio; // size of an input to the depth's

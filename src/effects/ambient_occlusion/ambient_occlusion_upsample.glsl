@@ -1,56 +1,78 @@
-// From half to full resolution.
+// From half to full resolution. A thread has the four pixels between four texels, which one gather brings.
 
-layout(constant_id = 23) const bool device_depth = false;
-layout(constant_id = 24) const uint upsample_kind = 3;
+layout(local_size_x = 16, local_size_y = 8) in;
+
+layout(constant_id = 3) const bool device_depth = false;
+layout(constant_id = 4) const uint upsample_kind = 3;
+layout(constant_id = 5) const bool is_last = true; // finishes, or writes a signal of full resolution
 
 layout(set = 0, binding = 0) uniform usampler2D signal_image;
 layout(set = 0, binding = 1) uniform sampler2D depth_image;
+layout(set = 0, binding = 2) uniform writeonly uimage2D kept_image;
 
-float full_planar(ivec2 pixel) {
-    const float value = texelFetch(depth_image, pixel, 0).x;
-    return planar(usable_depth(device_depth ? view_depth_of(value, constants.projection) : value));
+// What one pixel sees of the four texels: `values` and `planars` from the upper left in rows; `factors` are bilinear.
+vec4 texel_weights(vec4 planars, vec4 factors, float w) {
+    if (upsample_kind == upsample_bilinear)
+        return factors;
+    vec4 differences;
+    if (upsample_kind == upsample_soma) // of the radius
+        differences = abs(1.0 / planars - 1.0 / w) * constants.upsample_scale;
+    else
+        differences = abs(planars - w) * (constants.upsample_scale / w);
+    if (upsample_kind == upsample_soma && !perspective)
+        differences = abs(planars - w) * constants.upsample_scale;
+    vec4 weights = upsample_weights(factors, differences, upsample_kind);
+    return mix(weights, vec4(0), equal(planars, vec4(0)));
 }
 
-// The difference in units of the tolerated one: of depth, or of the radius (soma).
-float depth_difference(float w, float centre) {
-    if (upsample_kind == upsample_soma)
-        return abs(depth_of_planar(w) - depth_of_planar(centre)) * constants.upsample_scale;
-    return abs(w - centre) / max(w, centre) * constants.upsample_scale;
+// Where no texel is alike the nearest in depth stands for all: it takes the white from edges.
+vec4 nearest_texel(vec4 planars, vec4 factors, float w) {
+    const vec4 distances = upsample_kind == upsample_nearest ? -factors : abs(planars - w);
+    const float least = min(min(distances.x, distances.y), min(distances.z, distances.w));
+    return distances.x == least   ? vec4(1, 0, 0, 0)
+           : distances.y == least ? vec4(0, 1, 0, 0)
+           : distances.z == least ? vec4(0, 0, 1, 0)
+                                  : vec4(0, 0, 0, 1);
 }
 
-// The signal at a pixel of the full resolution whose planar depth is `w`.
-Signal upsampled(ivec2 pixel, float w) {
-    const vec2 at = (vec2(pixel) + 0.5) * 0.5 - 0.5; // in texels, their middles at whole numbers
-    const ivec2 first = ivec2(floor(at));
-    const vec2 part = at - vec2(first);
-    const ivec2 last = ivec2(constants.working_size) - 1;
-    Signal best = Signal(1.0, w, 1.0, 0.0);
-    vec2 total = vec2(0);
-    float weights = 0.0, least = 3e38;
-    for (int i = 0; i < 4; ++i) {
-        const ivec2 step_to = ivec2(i & 1, i >> 1);
-        const Signal s = unpack_signal(texelFetch(signal_image, clamp(first + step_to, ivec2(0), last), 0).xy);
-        const vec2 factors = abs(vec2(1 - step_to) - part);
-        const bool alike = (s.w == 0.0) == (w == 0.0);
-        const float difference = w == 0.0 ? 0.0 : depth_difference(max(s.w, 1e-30), w);
-        const float weight = alike ? upsample_weight(factors.x * factors.y, difference, upsample_kind) : 0.0;
-        total += weight * vec2(s.visibility, s.shadow);
-        weights += weight;
-        // Where no tap is alike the nearest in depth stands for all: it takes the white from edges.
-        const float distance_to = upsample_kind == upsample_nearest ? -factors.x * factors.y
-                                  : alike                           ? difference
-                                                                    : 1e30;
-        if (distance_to < least) {
-            least = distance_to;
-            best.visibility = s.visibility;
-            best.shadow = s.shadow;
+void main() {
+    const ivec2 texel = ivec2(gl_GlobalInvocationID.xy); // the lower right of the four
+    if (any(greaterThan(vec2(texel), constants.working_size)))
+        return;
+    // Gathers begin at the lower left and go round.
+    const vec2 corner = vec2(texel) / constants.working_size;
+    const uvec4 x = textureGather(signal_image, corner, 0).wzxy;
+    const uvec4 y = wide ? textureGather(signal_image, corner, 1).wzxy : uvec4(0);
+    const vec4 depths = textureGather(depth_image, 2.0 * vec2(texel) / constants.size, 0).wzxy;
+    vec4 values, planars, shadows;
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+        const Signal s = unpack_signal(uvec2(x[i], y[i]));
+        values[i] = s.visibility;
+        planars[i] = s.w;
+        shadows[i] = s.shadow;
+    }
+    [[unroll]] for (int i = 0; i < 4; ++i) {
+        const ivec2 within = ivec2(i & 1, i >> 1);
+        const ivec2 pixel = 2 * texel - 1 + within;
+        if (any(lessThan(pixel, ivec2(0))) || any(greaterThanEqual(vec2(pixel), constants.size)))
+            continue;
+        const float w =
+            planar(usable_depth(device_depth ? view_depth_of(depths[i], constants.projection) : depths[i]));
+        const vec2 part = vec2(0.25) + 0.5 * vec2(within);
+        const vec4 factors = vec4(1.0 - part.x, part.x, 1.0 - part.x, part.x) *
+                             vec4(1.0 - part.y, 1.0 - part.y, part.y, part.y);
+        vec4 weights = upsample_kind == upsample_nearest ? vec4(0) : texel_weights(planars, factors, w);
+        float total = dot(weights, vec4(1));
+        if (!(total > 0.01)) {
+            weights = nearest_texel(planars, factors, w);
+            total = 1.0;
         }
+        const float inverse_total = 1.0 / total;
+        const float visibility = w == 0.0 ? 1.0 : dot(weights, values) * inverse_total;
+        const float shadow = dot(weights, shadows) * inverse_total;
+        if (is_last)
+            finish(pixel, visibility, shadow);
+        else
+            imageStore(kept_image, pixel, uvec4(pack_signal(Signal(visibility, w, shadow, 0.0)), 0, 0));
     }
-    if (upsample_kind != upsample_nearest && weights > 0.01) {
-        best.visibility = total.x / weights;
-        best.shadow = total.y / weights;
-    }
-    if (w == 0.0)
-        best.visibility = 1.0;
-    return best;
 }
