@@ -216,9 +216,7 @@ void main() {
     const vec2 pixel = pixel_of(p, 0, z);
     Signal s = Signal(1.0, 0.0, 1.0, 0.0);
     vec3 bent = vec3(0, 0, 1);
-    const bool in_guard_band = any(lessThan(pixel, vec2(constants.guard_band))) ||
-                               any(greaterThan(pixel, constants.size - constants.guard_band));
-    if (!is_pyramid_sky(z) && !in_guard_band)
+    if (!is_pyramid_sky(z) && !in_guard_band(pixel))
         s = estimate(p, z, bent);
     if (has_shadow)
         s.shadow = clamp(sane(texelFetch(shadow_image, scaled(ivec2(pixel), constants.shadow_ratio), 0).x), 0.0, 1.0);

@@ -50,7 +50,7 @@ Signal upsampled(ivec2 pixel, float w) {
         best.visibility = total.x / weights;
         best.shadow = total.y / weights;
     }
-    if (w == 0.0)
+    if (w == 0.0 || in_guard_band(vec2(pixel) + 0.5))
         best.visibility = 1.0;
     return best;
 }
