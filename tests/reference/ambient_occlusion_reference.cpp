@@ -134,17 +134,29 @@ Place AmbientOcclusionReference::normal(int x, int y) const {
         if (length(given) > 0.1)
             return unit(given);
     }
-    // Per axis the shorter of the two one-sided differences.
+    // Per axis the shorter of the two one-sided differences; not one that runs along the other axis's, as half
+    // resolution's chosen depths may: there the next neighbours but one help.
     Place along[2];
+    double step_x = 0.0, step_y = 0.0; // the first axis's, in pixels
     for (int axis = 0; axis < 2; ++axis) {
         double shortest = sky;
-        for (const int sign : {-1, 1}) {
-            const int qx = x + (axis == 0 ? sign : 0), qy = y + (axis == 1 ? sign : 0);
+        for (const int offset : {-1, 1, -2, 2}) {
+            if (std::abs(offset) == 2 && (!is_half() || shortest < sky))
+                break;
+            const int sign = offset < 0 ? -1 : 1;
+            const int qx = x + (axis == 0 ? offset : 0), qy = y + (axis == 1 ? offset : 0);
             if (qx < 0 || qy < 0 || qx >= working_width() || qy >= working_height())
                 continue;
             const DepthTexel& there = level(0).at(qx, qy);
             if (there.z == sky || !(std::fabs(there.z - here.z) < shortest))
                 continue;
+            const double dx = there.x - here.x, dy = there.y - here.y;
+            if (axis == 1 && std::fabs(step_x * dy - step_y * dx) < 0.5)
+                continue;
+            if (axis == 0) {
+                step_x = dx;
+                step_y = dy;
+            }
             shortest = std::fabs(there.z - here.z);
             along[axis] = sign * (position(there.x, there.y, there.z) - p);
         }
