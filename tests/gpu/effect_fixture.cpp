@@ -3,13 +3,24 @@
 
 #include <cmath>
 #include <cstring>
+#include <sstream>
 
 namespace sfumato::test {
 namespace {
 
+// Everything that is on only now and then, under a radius that the fixture's bar and post lie within.
+constexpr const char* occlusion_looks[] = {
+    "radius=5 temporal=true animate_noise=true",
+    "radius=5 temporal=true animate_noise=true resolution=half upsample=soma",
+    "radius=5 resolution=half measure=cosine falloff=quadratic",
+    "radius=5 estimator=obscurance falloff=linear application=ambient",
+    "radius=5 filter_comparison=radius filter_weight=tent mip_rate=1",
+};
+
 constexpr EffectFacts facts[] = {
     // Two tiles of 32 and the jitter of the tile lookup.
-    {"motion-blur", 80},
+    {"motion-blur", 80, {}},
+    {"ambient-occlusion", 128, occlusion_looks},
 };
 
 float hash(uint32_t x, uint32_t y, uint32_t seed) {
@@ -23,21 +34,38 @@ bool contains(const char* name, const char* part) {
     return std::strstr(name, part) != nullptr;
 }
 
-// Three surfaces: a far wall, a near bar that leans, sky above. In relative units, so that every size has them.
-enum class Surface { wall, bar, sky };
+// Four surfaces: a far wall, a post half a metre before it, a near bar that leans, sky above. In relative units, so
+// that every size has them.
+enum class Surface { wall, post, bar, sky };
 Surface surface_at(uint32_t x, uint32_t y, Extent extent) {
     const float u = (static_cast<float>(x) + 0.5f) / static_cast<float>(extent.width);
     const float v = (static_cast<float>(y) + 0.5f) / static_cast<float>(extent.height);
     const float middle = 0.48f + 0.1f * (v - 0.5f);
     if (std::abs(u - middle) < 0.07f)
         return Surface::bar;
+    if (u > 0.16f && u < 0.22f && v > 0.25f)
+        return Surface::post;
     return v < 0.12f && u > 0.35f && u < 0.6f ? Surface::sky : Surface::wall;
 }
 
 void depth_pixel(uint32_t x, uint32_t y, Extent extent, float* pixel) {
     const float v = static_cast<float>(y) / static_cast<float>(extent.height);
     const Surface surface = surface_at(x, y, extent);
-    *pixel = surface == Surface::sky ? 1e10f : surface == Surface::bar ? 3.0f + 0.1f * v : 8.0f - 2.0f * v;
+    const float wall = 8.0f - 2.0f * v;
+    switch (surface) {
+    case Surface::sky:
+        *pixel = 1e10f;
+        break;
+    case Surface::bar:
+        *pixel = 3.0f + 0.1f * v;
+        break;
+    case Surface::post:
+        *pixel = wall - 0.5f;
+        break;
+    case Surface::wall:
+        *pixel = wall;
+        break;
+    }
 }
 
 // The left third moves nearly alike, the bar across, the right part straight down and the faster the farther right, the
@@ -163,7 +191,7 @@ EffectFacts effect_facts(const EffectInfo& effect) {
     for (const EffectFacts& known : facts)
         if (std::strcmp(known.effect, effect.name) == 0)
             return known;
-    return {effect.name, 128};
+    return {effect.name, 128, {}};
 }
 
 std::vector<const EffectInfo*> all_effects() {
@@ -177,8 +205,23 @@ std::string effect_test_name(const testing::TestParamInfo<const EffectInfo*>& in
     return name;
 }
 
-std::vector<std::pair<std::string, ParameterSet>> EffectTest::looks() const {
-    std::vector<std::pair<std::string, ParameterSet>> result;
+std::vector<EffectTest::Look> EffectTest::special_looks() const {
+    std::vector<Look> result;
+    for (const char* settings : effect_facts(effect()).looks) {
+        result.emplace_back(settings, defaults());
+        std::istringstream words(settings);
+        for (std::string word; words >> word;) {
+            const size_t equals = word.find('=');
+            expect_done(set_parameter(*effect().parameters, result.back().second.data(), word.substr(0, equals),
+                                      word.substr(equals + 1)),
+                        settings);
+        }
+    }
+    return result;
+}
+
+std::vector<EffectTest::Look> EffectTest::looks() const {
+    std::vector<Look> result;
     result.emplace_back("default", defaults());
     for (const Preset& preset : effect().parameters->presets) {
         result.emplace_back(preset.name, defaults());

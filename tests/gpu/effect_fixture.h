@@ -20,9 +20,12 @@ struct EffectFacts {
     const char* effect;
     // Pixels beyond which one input pixel has no influence with the default parameters and an image 64 pixels high.
     uint32_t reach;
+    // Settings, "name=value name=value", under which parameters matter that the default and the presets leave without
+    // effect. What no look shows is searched for blindly, which takes minutes.
+    std::span<const char* const> looks;
 };
 
-// An effect without a row of its own gets a reach of 128 pixels.
+// An effect without a row of its own gets a reach of 128 pixels and no looks.
 EffectFacts effect_facts(const EffectInfo& effect);
 
 // The effects as gtest parameters: instantiate with these and every later effect is tested as well.
@@ -33,8 +36,11 @@ class EffectTest : public GpuTest, public testing::WithParamInterface<const Effe
   protected:
     const EffectInfo& effect() const { return *GetParam(); }
     ParameterSet defaults() const { return ParameterSet(*effect().parameters); }
+    using Look = std::pair<std::string, ParameterSet>;
     // The default and every preset, by name.
-    std::vector<std::pair<std::string, ParameterSet>> looks() const;
+    std::vector<Look> looks() const;
+    // Those of the effect's facts.
+    std::vector<Look> special_looks() const;
 };
 
 } // namespace sfumato::test

@@ -2,10 +2,13 @@
 // finite pictures.
 #include "tests/gpu/effect_fixture.h"
 
+#include <algorithm>
+
 namespace sfumato::test {
 namespace {
 
 constexpr Extent extent{192, 72};
+constexpr Extent small{61, 33}; // for the limits, which are slow
 
 class GenericParameter : public EffectTest {
   protected:
@@ -13,15 +16,25 @@ class GenericParameter : public EffectTest {
         EffectTest::SetUp();
         context_ = make_context();
         rig_ = std::make_unique<EffectRig>(*context_, effect());
-        set_fixture(*rig_, effect(), extent);
+        use(extent);
     }
+    void use(Extent size) { set_fixture(*rig_, effect(), size); }
     void TearDown() override {
         rig_.reset();
         context_.reset();
         EffectTest::TearDown();
     }
 
-    FloatImage run(const ParameterSet& parameters) { return rig_->run(fixture_frame(5, extent), parameters.data()); }
+    // The same picture in every call: where there is a history, that of one frame after a reset.
+    FloatImage run(const ParameterSet& parameters, Extent size = extent) {
+        Frame frame = fixture_frame(5, size);
+        if (rig_->keeps_history(frame, parameters.data())) {
+            frame.reset = true;
+            rig_->run(frame, parameters.data());
+            frame = fixture_frame(6, size);
+        }
+        return rig_->run(frame, parameters.data());
+    }
 
     // Values that ought to look different: the ends, and some between, where ends may saturate alike.
     static std::vector<double> values_of(const ParameterInfo& info, const ParameterSet& base) {
@@ -87,14 +100,15 @@ class GenericParameter : public EffectTest {
 };
 
 TEST_P(GenericParameter, every_parameter_matters) {
+    // The looks as they are before anything is varied: they are likely to have been made with the parameter.
+    std::vector<Look> tried = {{"default", defaults()}};
+    for (const std::vector<Look>& more : {special_looks(), looks()})
+        tried.insert(tried.end(), more.begin(), more.end());
     for (const ParameterInfo& info : effect().parameters->parameters) {
-        bool found = false;
-        for (const auto& [look, base] : looks()) {
-            // The looks as they are before anything is varied: they are likely to have been made with the parameter.
-            found = found || matters(info, base);
-        }
-        for (const auto& [look, base] : looks())
-            for (const ParameterSet& parameters : found ? std::vector<ParameterSet>{} : surroundings(info, base)) {
+        bool found =
+            std::any_of(tried.begin(), tried.end(), [&](const Look& look) { return matters(info, look.second); });
+        for (size_t i = 0; i < tried.size() && !found; ++i)
+            for (const ParameterSet& parameters : surroundings(info, tried[i].second)) {
                 found = matters(info, parameters);
                 if (found)
                     break;
@@ -104,6 +118,7 @@ TEST_P(GenericParameter, every_parameter_matters) {
 }
 
 TEST_P(GenericParameter, limits_and_choices_give_finite_pictures) {
+    use(small);
     for (const ParameterInfo& info : effect().parameters->parameters) {
         std::vector<double> values = {info.minimum, info.maximum};
         for (size_t i = 1; i + 1 < info.choices.size(); ++i)
@@ -111,18 +126,19 @@ TEST_P(GenericParameter, limits_and_choices_give_finite_pictures) {
         for (const double value : values) {
             ParameterSet parameters = defaults();
             info.set(parameters.data(), value);
-            EXPECT_TRUE(all_finite(run(parameters))) << info.name << " = " << value;
+            EXPECT_TRUE(all_finite(run(parameters, small))) << info.name << " = " << value;
         }
     }
 }
 
 TEST_P(GenericParameter, all_at_their_limits) {
+    use(small);
     for (const bool maximum : {false, true}) {
         ParameterSet parameters = defaults();
         for (const ParameterInfo& info : effect().parameters->parameters)
             if (!(info.flags & parameter_debug))
                 info.set(parameters.data(), maximum ? info.maximum : info.minimum);
-        EXPECT_TRUE(all_finite(run(parameters))) << (maximum ? "maximum" : "minimum");
+        EXPECT_TRUE(all_finite(run(parameters, small))) << (maximum ? "maximum" : "minimum");
     }
 }
 

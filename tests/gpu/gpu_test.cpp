@@ -3,6 +3,7 @@
 
 #include "apps/common/pixels.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -145,6 +146,13 @@ Result<void> EffectRig::record(VkCommandBuffer commands, const Frame& frame, con
     if (change)
         change(storage_.data());
     return instance_->record(commands, frame, parameters, storage_.data());
+}
+
+bool EffectRig::keeps_history(const Frame& frame, const void* parameters) {
+    make_outputs();
+    const Plan plan = expect_value(plan_effect(*effect_, frame, parameters, storage_.data()), "plan");
+    return std::any_of(plan.resources.begin(), plan.resources.end(),
+                       [](const Resource& resource) { return resource.kind == ResourceKind::previous; });
 }
 
 FloatImage EffectRig::run(const Frame& frame, const void* parameters) {

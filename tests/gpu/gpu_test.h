@@ -76,6 +76,8 @@ class EffectRig {
     bool optional_outputs = true;
     float sentinel = 0.0f; // outputs are filled with it before the effect runs
 
+    // Whether what comes out depends on the frames before.
+    bool keeps_history(const Frame& frame, const void* parameters);
     // Records, submits, waits, reads the outputs back, one below the other.
     FloatImage run(const Frame& frame, const void* parameters);
     // The same up to recording, with the images changed by `change`: for what must be refused.

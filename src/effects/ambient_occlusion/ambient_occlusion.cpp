@@ -173,8 +173,9 @@ void set_constants(Setup& s) {
 
 void plan_prepare(Planner& planner, Setup& s) {
     const auto padded = [](uint32_t side) { return (side + pyramid_tile - 1) / pyramid_tile * pyramid_tile; };
-    const VkFormat format =
-        s.parameters.depth_storage == DepthStorage::half ? VK_FORMAT_R16_SFLOAT : VK_FORMAT_R32_SFLOAT;
+    // At half resolution the lowest bits tell which of four depths was taken: 16 bits have none to spare.
+    const bool narrow = s.parameters.depth_storage == DepthStorage::half && !s.is_half();
+    const VkFormat format = narrow ? VK_FORMAT_R16_SFLOAT : VK_FORMAT_R32_SFLOAT;
     s.pyramid =
         planner.transient("depth pyramid", format, {padded(s.working.width), padded(s.working.height)}, pyramid_levels);
     Pass& pass = planner.pass("prepare", shader::prepare);

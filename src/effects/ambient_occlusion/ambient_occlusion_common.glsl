@@ -4,8 +4,8 @@ layout(constant_id = 0) const bool perspective = true;
 layout(constant_id = 1) const bool half_resolution = false;
 layout(constant_id = 2) const bool wide = false; // 64-bit signals: full depth, a shadow, a count
 
-// What is behind the eye, nowhere or not a number is sky.
-float usable_depth(float z) { return z > 0.0 && !is_sky(z) ? z : pyramid_sky; }
+// What is behind the eye, nowhere, not a number, or so close to the eye that its inverse overflows is sky.
+float usable_depth(float z) { return z > 1e-12 && !is_sky(z) ? z : pyramid_sky; }
 
 vec3 view_position(vec2 pixel, float z) {
     const vec2 xy = pixel * constants.pixel_to_view.xy + constants.pixel_to_view.zw;
@@ -40,6 +40,12 @@ Signal unpack_signal(uvec2 code) {
         s = Signal(values.x, values.y / constants.code_scale, 1.0, 0.0);
     }
     return s;
+}
+
+// The middle of a pixel of the border that is there for taps alone.
+bool in_guard_band(vec2 pixel) {
+    return any(lessThan(pixel, vec2(constants.guard_band))) ||
+           any(greaterThan(pixel, constants.size - constants.guard_band));
 }
 
 ivec2 scaled(ivec2 pixel, vec2 ratio) { return ivec2((vec2(pixel) + 0.5) * ratio); }

@@ -60,30 +60,42 @@ struct Centre {
     vec2 ray_scale, ray_offset; // view xy over depth of a texel of the finest level
 };
 
-// Per axis the shorter of the two one-sided differences: the other may cross an edge.
-vec3 derived_normal(ivec2 p, vec3 centre) {
-    vec3 difference[2];
+// Per axis the shorter of the two one-sided differences: the other may cross an edge. At half resolution neighbours lie
+// askew, and the shorter ones of both axes may run along the same line of equal depth: they span no plane then, but the next ones do.
+vec3 derived_normal(ivec2 p, vec2 pixel, vec3 centre) {
+    vec3 difference[2] = vec3[2](vec3(0), vec3(0));
+    vec2 first = vec2(0); // the chosen difference of the first axis, in pixels
     for (int axis = 0; axis < 2; ++axis) {
         const ivec2 unit = axis == 0 ? ivec2(1, 0) : ivec2(0, 1);
         const ivec2 last = ivec2(constants.working_size) - 1;
-        vec3 best = vec3(0);
         float shortest = 3e38;
-        for (int sign = -1; sign <= 1; sign += 2) {
-            const ivec2 q = p + sign * unit;
+        vec2 chosen = vec2(0);
+        for (int way = 0; way < 4; ++way) {
+            const int sign = 2 * (way & 1) - 1;
+            if (way == 2 && (!half_resolution || shortest < 3e38))
+                break;
+            const ivec2 q = p + sign * (1 + way / 2) * unit;
             if (any(lessThan(q, ivec2(0))) || any(greaterThan(q, last)))
                 continue;
             const float z = depth_at(q, 0);
-            const vec3 d = float(sign) * (view_position(pixel_of(q, z), z) - centre);
-            if (!is_pyramid_sky(z) && abs(d.z) < shortest) {
+            const vec2 at = pixel_of(q, z);
+            const vec2 step_to = float(sign) * (at - pixel);
+            const vec3 d = float(sign) * (view_position(at, z) - centre);
+            const bool spans = axis == 0 || abs(first.x * step_to.y - first.y * step_to.x) > 0.5;
+            if (!is_pyramid_sky(z) && spans && abs(d.z) < shortest) {
                 shortest = abs(d.z);
-                best = d;
+                difference[axis] = d;
+                chosen = step_to;
             }
         }
-        difference[axis] = best;
+        first = chosen;
     }
     const vec3 n = cross(difference[1], difference[0]);
     const float squared = dot(n, n);
-    return squared > 0.0 && is_finite(squared) ? n * inversesqrt(squared) : vec3(0, 0, 1);
+    if (squared <= 0.0 || !is_finite(squared))
+        return vec3(0, 0, 1);
+    const bool away = (perspective ? -dot(n, centre) : n.z) < 0.0;
+    return (away ? -n : n) * inversesqrt(squared);
 }
 
 Centre make_centre(ivec2 p, float z) {
@@ -102,10 +114,8 @@ Centre make_centre(ivec2 p, float z) {
         found = squared > 0.01 && is_finite(squared);
         c.n *= inversesqrt(max(squared, 0.01));
     }
-    if (normal_encoding == 0)
-        c.n = derived_normal(p, position);
-    else if (!found)
-        c.n = c.v;
+    if (!found)
+        c.n = derived_normal(p, pixel, position);
     // Interpolated normals may face away at silhouettes.
     const float facing = dot(c.n, c.v);
     if (facing < 0.01)
@@ -273,9 +283,7 @@ Signal signal_at(ivec2 p, out vec3 bent) {
     const vec2 pixel = pixel_of(p, z);
     Signal s = Signal(1.0, 0.0, 1.0, 0.0);
     bent = vec3(0, 0, 1);
-    const bool in_guard_band = any(lessThan(pixel, vec2(constants.guard_band))) ||
-                               any(greaterThan(pixel, constants.size - constants.guard_band));
-    if (!is_pyramid_sky(z) && !in_guard_band)
+    if (!is_pyramid_sky(z) && !in_guard_band(pixel))
         s = estimate(p, z, bent);
     if (has_shadow)
         s.shadow = clamp(sane(texelFetch(shadow_image, scaled(ivec2(pixel), constants.shadow_ratio), 0).x), 0.0, 1.0);

@@ -74,7 +74,8 @@ constexpr ParameterInfo rows[] = {
                               parameter_advanced),
     parameter<&P::mip_rate>("mip_rate", "log2 px", 0.0, 8.0, "Taps nearer than two to this use the finest depths.",
                             parameter_advanced),
-    parameter<&P::depth_storage>("depth_storage", storages, "32 bits of depth, or 16: half the traffic, more noise.",
+    parameter<&P::depth_storage>("depth_storage", storages,
+                                 "32 bits of depth, or 16 (full resolution): half the traffic, more noise.",
                                  parameter_advanced),
     parameter<&P::normals>("normals", normal_sources, "From the image of normals where there is one, or from depth."),
     parameter<&P::normal_space>("normal_space", normal_spaces, "The space of the image of normals."),
@@ -133,10 +134,11 @@ constexpr ParameterInfo rows[] = {
 constexpr PresetOverride current_gen[] = {
     {"estimator", "obscurance"}, {"falloff", "linear"},           {"pattern", "mirrored-spiral"}, {"taps", "4"},
     {"depth_mips", "none"},      {"radius_limit", "0.027777778"}, {"filter_radius", "4"},         {"bias", "0.05"},
+    {"intensity", "1.6"},
 };
 constexpr PresetOverride dx11[] = {
-    {"estimator", "obscurance"}, {"falloff", "linear"}, {"pattern", "spiral"}, {"taps", "9"}, {"bias", "0.05"},
-    {"filter_radius", "4"},
+    {"estimator", "obscurance"}, {"falloff", "linear"},  {"pattern", "spiral"}, {"taps", "9"}, {"bias", "0.05"},
+    {"filter_radius", "4"},      {"resolution", "half"}, {"intensity", "1.6"},
 };
 constexpr PresetOverride sao[] = {
     {"estimator", "obscurance"}, {"falloff", "sao"},    {"pattern", "spiral"},     {"taps", "11"},
@@ -175,6 +177,7 @@ constexpr PresetOverride soma[] = {
     {"history_position", "13.5"},
     {"upsample", "soma"},
     {"upsample_depth", "0.066666667"},
+    {"intensity", "1.6"},
 };
 constexpr PresetOverride soma_spatial[] = {
     {"estimator", "obscurance"},
@@ -190,6 +193,7 @@ constexpr PresetOverride soma_spatial[] = {
     {"full_resolution_filter", "true"},
     {"upsample", "soma"},
     {"upsample_depth", "0.066666667"},
+    {"intensity", "1.6"},
 };
 constexpr PresetOverride low[] = {{"resolution", "half"}, {"slices", "1"}, {"steps", "4"}};
 constexpr PresetOverride medium[] = {{"resolution", "half"}, {"slices", "1"}, {"steps", "8"}};

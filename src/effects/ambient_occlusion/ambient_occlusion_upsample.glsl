@@ -68,7 +68,7 @@ void main() {
             total = 1.0;
         }
         const float inverse_total = 1.0 / total;
-        const float visibility = w == 0.0 ? 1.0 : dot(weights, values) * inverse_total;
+        const float visibility = w == 0.0 || in_guard_band(vec2(pixel) + 0.5) ? 1.0 : dot(weights, values) * inverse_total;
         const float shadow = dot(weights, shadows) * inverse_total;
         if (is_last)
             finish(pixel, visibility, shadow);
