@@ -414,6 +414,41 @@ TEST_F(AmbientOcclusionProperty, BentNormals) {
     EXPECT_NEAR(shortest, 1.0, 1e-4);
 }
 
+// The same normals in world space, octahedral, and of another length give the same picture; where they are not numbers
+// they are derived.
+TEST_F(AmbientOcclusionProperty, KindsOfNormalsDoNotMatter) {
+    AmbientOcclusionParameters p = plain_parameters();
+    const OcclusionOutput expected = occlude(contact(), p);
+    OcclusionInput other = contact();
+    const Matrix4& view = other.frame.camera->world_to_view;
+    other.normal = make_image(extent, 3, [&](uint32_t x, uint32_t y, float* pixel) {
+        const float* n = contact().normal.at(x, y);
+        for (size_t axis = 0; axis < 3; ++axis) // the inverse of a rotation is its transpose
+            pixel[axis] = 1.7f * (view[4 * axis] * n[0] + view[4 * axis + 1] * n[1] + view[4 * axis + 2] * n[2]);
+    });
+    p.normal_space = NormalSpace::world;
+    EXPECT_LT(deviation(expected, occlude(other, p), 2.0 * step).share_beyond, 0.005);
+    p.normal_space = NormalSpace::view;
+    EXPECT_GT(deviation(expected, occlude(other, p), 2.0 * step).share_beyond, 0.1);
+    other.normal = make_image(extent, 2, [&](uint32_t x, uint32_t y, float* pixel) {
+        const float* n = contact().normal.at(x, y);
+        const float sum = std::max(1e-6f, std::fabs(n[0]) + std::fabs(n[1]) + std::fabs(n[2]));
+        pixel[0] = n[0] / sum;
+        pixel[1] = n[1] / sum;
+        if (n[2] < 0.0f) {
+            const float u = pixel[0], v = pixel[1];
+            pixel[0] = (1.0f - std::fabs(v)) * std::copysign(1.0f, u);
+            pixel[1] = (1.0f - std::fabs(u)) * std::copysign(1.0f, v);
+        }
+    });
+    EXPECT_LT(deviation(expected, occlude(other, p), 2.0 * step).share_beyond, 0.005);
+    other.normal = contact().normal;
+    std::fill(other.normal.values.begin(), other.normal.values.end(), NAN);
+    AmbientOcclusionParameters derived = p;
+    derived.normals = NormalSource::derived;
+    EXPECT_EQ(first_difference(occlude(other, p).visibility, occlude(contact(), derived).visibility), "");
+}
+
 // The shadow goes through the same filter as the visibility: with a shadow that equals the estimate, both come out
 // alike.
 TEST_F(AmbientOcclusionProperty, ShadowIsFilteredAlike) {

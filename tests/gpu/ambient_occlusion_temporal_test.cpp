@@ -117,6 +117,67 @@ TEST_F(AmbientOcclusionHistory, DisocclusionTakesThePresent) {
     }
 }
 
+// What stands still is found again where it was, under any camera: the least share of the present is taken everywhere.
+TEST_F(AmbientOcclusionHistory, StillFramesFindTheirHistory) {
+    for (const bool perspective : {true, false})
+        for (const double shift : {0.0, 0.2})
+            for (const bool half : {false, true}) {
+                const Frame frame =
+                    perspective ? perspective_frame(extent, 1.0, shift) : orthographic_frame(extent, 8.0, shift);
+                const OcclusionInput input = plane_input(frame, extent, {0.3, 0.4, 1}, 5.0);
+                AmbientOcclusionParameters p = temporal_parameters();
+                p.resolution = half ? OcclusionResolution::half : OcclusionResolution::full;
+                p.filter_radius = 0;
+                p.history_time = 12.0f; // of a second: 0.2 a frame
+                OcclusionStream stream;
+                stream.run(still_frame(input, 0), p);
+                p.debug_view = OcclusionView::history_weight;
+                const OcclusionOutput share = stream.run(still_frame(input, 1), p);
+                const Deviation d = deviation(
+                    extent.width, extent.height, 0.01, [&](uint32_t x, uint32_t y) { return share.at(x, y); },
+                    [](uint32_t, uint32_t) { return 0.2; });
+                EXPECT_EQ(d.share_beyond, 0.0) << perspective << shift << half << " largest " << d.largest;
+            }
+}
+
+// The velocity image takes precedence over the camera: a plane that moves along itself by a whole number of pixels.
+TEST_F(AmbientOcclusionHistory, VelocityFindsHistory) {
+    const OcclusionInput input = plane_input(perspective_frame(extent, 1.0), extent, {0, 0, 1}, 5.0);
+    AmbientOcclusionParameters p = temporal_parameters();
+    p.filter_radius = 0;
+    p.history_visibility = 0.0f;
+    p.history_time = 0.0f;
+    // The first frame has a groove that darkens; the second has none but says that all has moved 20 pixels to the
+    // right.
+    OcclusionInput grooved = still_frame(input, 0);
+    for (uint32_t y = 0; y < extent.height; ++y)
+        for (uint32_t x = 60; x < 64; ++x)
+            *grooved.depth.at(x, y) = 5.05f;
+    p.history_position = 1.0f;
+    p.radius = 0.5f;
+    p.iterations = 4;
+    OcclusionStream stream;
+    const OcclusionOutput first = stream.run(grooved, p);
+    OcclusionInput moved = still_frame(input, 1);
+    moved.velocity = make_image(extent, 2, [](uint32_t, uint32_t, float* pixel) {
+        pixel[0] = 20.0f;
+        pixel[1] = 0.0f;
+    });
+    const OcclusionOutput second = stream.run(moved, p);
+    double darkest = 1.0, worst = 0.0;
+    for (uint32_t y = 0; y < extent.height; ++y)
+        for (uint32_t x = 20; x < extent.width; ++x) {
+            darkest = std::min(darkest, first.at(x - 20, y));
+            // The stored depth differs by 5 cm in the groove: a share of 0.1 of the present.
+            worst = std::max(worst, std::fabs(second.at(x, y) - first.at(x - 20, y)));
+        }
+    EXPECT_LT(darkest, 0.8);
+    EXPECT_LT(worst, 0.12 * (1.0 - darkest) + 0.01);
+    // What comes in from outside of the screen has no history.
+    for (uint32_t y = 0; y < extent.height; ++y)
+        EXPECT_EQ(second.at(10, y), 1.0);
+}
+
 // ---------------------------------------------------------------------------------------------- trailing
 
 // Behind the rolling ball of `contact`, where its shadow was: not worse with history than without.

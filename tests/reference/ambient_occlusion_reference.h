@@ -19,6 +19,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace sfumato::reference {
 
