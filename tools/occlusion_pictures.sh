@@ -19,10 +19,9 @@ picture() { # name, options of render
 picture off
 picture on --effects ambient-occlusion --preset high --set application=ambient
 picture truth --truth ambient-occlusion --truth-rays 1024
-for view in depth normal mip radius estimate filtered; do
+for view in depth normal mip radius estimate; do
   picture "view-$view" --effects ambient-occlusion --preset high --set debug_view=$view
 done
-picture view-history-weight --effects ambient-occlusion --preset soma --preroll 8 --set debug_view=history-weight
 for preset in $("$sfumato" list presets ambient-occlusion --json | sed -n 's/.*"name": "\([a-z0-9-]*\)".*/\1/p'); do
   picture "preset-$preset" --effects ambient-occlusion --preset "$preset" --preroll 8
 done
