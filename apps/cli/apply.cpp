@@ -43,6 +43,19 @@ Result<std::optional<LoadedFrame>> load_first(std::vector<FrameJob>& jobs, Frame
     return std::optional<LoadedFrame>();
 }
 
+// A result replaces what bears its name in the file: nobody should lose a pass without knowing.
+void warn_of_replaced(const EffectChain& chain, const LoadedFrame& first, Console& console) {
+    const media::ExrPart& part = first.image.parts[first.colour.part];
+    for (const ChainLink& link : chain)
+        for (const ImageRole& role : link.effect->images) {
+            const bool is_written = std::ranges::find(link.written, role.name) != link.written.end();
+            const std::string name = channel_name(*link.effect, role);
+            if (is_written && part.find_channel(name) != nullptr)
+                console.warn(
+                    fmt::format("{}: its channel {} is replaced by the effect's", first.job.input.string(), name));
+        }
+}
+
 std::string picture_list(const LoadedFrame& frame) {
     std::string text;
     for (const auto& [role, picture] : frame.roles)
@@ -142,6 +155,8 @@ Outcome process(ApplyOptions& options, EffectChain& chain, std::vector<FrameJob>
         return exit_done;
     }
     tell_plan(chain, **first, console);
+    if (!options.frames.output.ends_with(".png"))
+        warn_of_replaced(chain, **first, console);
     auto device = DeviceStage::create(options.device, chain);
     if (!device)
         return device.error();

@@ -15,8 +15,6 @@ VkFormat float_format(uint32_t components) {
     return components == 2 ? VK_FORMAT_R32G32_SFLOAT : VK_FORMAT_R32G32B32A32_SFLOAT;
 }
 
-namespace {
-
 // Visibility has a name that other programs know; the others that a scene's truth has as well are called as there.
 std::string channel_name(const EffectInfo& effect, const ImageRole& role) {
     const std::string_view name = role.name;
@@ -24,6 +22,8 @@ std::string channel_name(const EffectInfo& effect, const ImageRole& role) {
         return "AO";
     return name == "bent_normal" || name == "soft_shadow" ? std::string(name) : fmt::format("{}.{}", effect.name, name);
 }
+
+namespace {
 
 bool contains(const std::vector<std::string>& list, std::string_view name) {
     return std::ranges::find(list, name) != list.end();

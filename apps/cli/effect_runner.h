@@ -62,6 +62,9 @@ class EffectRunner {
     Extent extent_;
 };
 
+// What a result is called in files: "AO", "bent_normal".
+std::string channel_name(const EffectInfo& effect, const ImageRole& role);
+
 // The float format with at least that many components: nothing of the files' precision is lost on the device.
 VkFormat float_format(uint32_t components);
 
