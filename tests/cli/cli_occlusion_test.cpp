@@ -64,7 +64,7 @@ TEST_F(CliOcclusion, adds_visibility_and_leaves_the_picture) {
     EXPECT_GT(mean_of(visibility->values), 0.5);
     EXPECT_LT(mean_of(visibility->values), 0.99);
     EXPECT_EQ(after.parts[0].channels.size(), before.parts[0].channels.size() + 1);
-    const ProgramResult again = run({"apply", "ambient-occlusion", "ao.exr", "-o", "ao.exr", "--preset", "low"});
+    const ProgramResult again = run({"apply", "ambient-occlusion", "ao.exr", "-o", "again.exr", "--preset", "low"});
     EXPECT_EQ(again.code, 0);
     EXPECT_NE(again.error.find("channel AO is replaced"), std::string::npos) << again.error;
 }
