@@ -1,5 +1,5 @@
 #!/bin/bash
-# Renders built-in scenes, blurs them with several presets, measures the pictures against ground truth and leaves
+# Renders built-in scenes, blurs and shades them with several presets, measures the pictures against ground truth and leaves
 # everything in demo/, with one page, demo/index.html, that holds all pictures itself. ./dev demo builds and calls this.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -16,6 +16,9 @@ scenes=(
 )
 presets=(current-gen dx11 high)
 views=(velocity neighbour-maximum tile-class)
+# Ambient occlusion: one scene that does not take long.
+occlusion_scene=contact
+occlusion_presets=(current-gen hbao soma high)
 
 fail() { printf 'demo: %s\n' "$*" >&2; exit 1; }
 [ -x "$sfumato" ] || fail "$sfumato is missing: run ./dev build"
@@ -50,7 +53,7 @@ head_of_page() {
 <!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>Sfumato: motion blur on built-in scenes</title>
+<title>Sfumato: motion blur and ambient occlusion on built-in scenes</title>
 <style>
 :root { color-scheme: light dark; --line: #8886; --soft: #8882; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 0 auto; padding: 1rem; }
@@ -71,8 +74,9 @@ figcaption code, code.command { display: block; margin-top: .4rem; font-size: .7
 table { margin: 1rem 0; border-collapse: collapse; font-variant-numeric: tabular-nums; display: block; overflow-x: auto; }
 th, td { border: 1px solid var(--line); padding: .3rem .6rem; text-align: right; white-space: nowrap; } th:first-child, td:first-child { text-align: left; }
 </style></head><body>
-<h1>Sfumato: motion blur on built-in scenes</h1>
-<p>Pictures of ${size/x/×} pixels, computed on <b>$device</b>. <i>Before</i> is the sharp frame; <i>truth</i> is the mean of
+<h1>Sfumato: motion blur and ambient occlusion on built-in scenes</h1>
+<p>Pictures of ${size/x/×} pixels, computed on <b>$device</b>. <a href="#occlusion">Ambient occlusion</a> comes last.
+<i>Before</i> is the sharp frame; <i>truth</i> is the mean of
 sharp frames rendered at moments spread over the shutter, which is open for half of the frame. The presets see the sharp
 frame, its depth and its velocity, nothing else. <code>current-gen</code> and <code>dx11</code> are those of the SIGGRAPH
 2012 course; their longest blur is short (radius 1/72 and 1/60 of the image height). <code>high</code> goes up to 6 %.</p>
@@ -81,11 +85,13 @@ rest, as <code>sfumato compare</code> measures them.</p>
 HTML
 }
 
+# Scene, the choice on the left and on the right at first, all choices.
 slider() {
-  local scene=$1 name options=""
-  for name in before "${presets[@]}" truth; do options+="<option>$name</option>"; done
+  local scene=$1 left=$2 right=$3 name options=""
+  shift 3
+  for name in "$@"; do options+="<option>$name</option>"; done
   cat <<HTML
-<div class="compare" data-scene="$scene" hidden>
+<div class="compare" data-scene="$scene" data-left="$left" data-right="$right" hidden>
 <div class="choice"><select aria-label="left picture">$options</select><select aria-label="right picture">$options</select></div>
 <div class="slider"><img class="under" alt="right picture"><img class="over" alt="left picture"><div class="bar"></div>
 <input type="range" min="0" max="100" step="0.1" value="50" aria-label="share of the left picture"></div></div>
@@ -103,8 +109,8 @@ for (const box of document.querySelectorAll('.compare')) {
     box.querySelector('.over').src = source(left.value);
     box.querySelector('.under').src = source(right.value);
   };
-  left.value = 'before';
-  right.value = 'high';
+  left.value = box.dataset.left;
+  right.value = box.dataset.right;
   left.onchange = right.onchange = show;
   range.oninput = () => slider.style.setProperty('--cut', range.value + '%');
   show();
@@ -119,7 +125,7 @@ section() {
   local scene=$1 subframes=$2 text=$3 name measured rows=""
   local base=$folder/$scene
   printf '<h2>%s</h2>\n<p>%s</p>\n' "$scene" "$text"
-  slider "$scene"
+  slider "$scene" before high before "${presets[@]}" truth
   local figures=$folder/.figures
   {
     run "$sfumato" render "$scene" -o "$base-before.png" --size $size --samples 2
@@ -153,6 +159,44 @@ section() {
   rm -f "$figures"
 }
 
+# Visibility and what it does to a picture. Histories see the eight frames before.
+occlusion_section() {
+  local scene=$occlusion_scene name measured rows=""
+  local base=$folder/occlusion-$scene
+  local render=("$sfumato" render "$scene" --size $size)
+  cat <<HTML
+<h2 id="occlusion">$scene: ambient occlusion</h2>
+<p>How much of the sky each visible point sees, white being all of it, and the picture with its ambient light scaled by
+that. <i>Truth</i> is traced with rays. The effect sees the frame's depth and normals, nothing else. Figures are root mean
+square errors of visibility; each preset is held against the truth with its own falloff and radius.</p>
+HTML
+  slider "occlusion-$scene" off on off on
+  slider "occlusion-$scene" high truth "${occlusion_presets[@]}" truth
+  local figures=$folder/.figures
+  {
+    run "${render[@]}" -o "$base-off.png"
+    picture "occlusion-$scene" off "without occlusion" "$base-off.png"
+    run "${render[@]}" -o "$base-on.png" --effects ambient-occlusion --preset high --set application=ambient
+    picture "occlusion-$scene" on "ambient light occluded, preset high" "$base-on.png"
+    for name in "${occlusion_presets[@]}"; do
+      local effect=(--samples 1 --effects ambient-occlusion --preset "$name")
+      [ "$name" != soma ] || effect+=(--preroll 8)
+      run "${render[@]}" -o "$base-$name.exr" "${effect[@]}" --truth ambient-occlusion --truth-rays 32
+      measured=$("$sfumato" compare "$base-$name.exr" "$base-$name.exr" --channel AO --reference-channel truth.AO |
+        sed -n 's/^all .*RMSE *\([0-9.]*\) .*/\1/p')
+      rows+="<tr><td>$name<td>$measured"
+      run "${render[@]}" -o "$base-$name.png" "${effect[@]}"
+      picture "occlusion-$scene" "$name" "$name" "$base-$name.png" "RMSE $measured"
+    done
+    run "${render[@]}" -o "$base-truth.png" --truth ambient-occlusion --truth-rays 64
+    picture "occlusion-$scene" truth "truth, 64 rays" "$base-truth.png"
+  } >"$figures"
+  printf '<table><tr><th>preset<th>RMSE%s</table>\n<div class="pictures">\n' "$rows"
+  cat "$figures"
+  printf '</div>\n'
+  rm -f "$figures"
+}
+
 mkdir -p $folder
 # The device that is used, which need not be the first of the list.
 used=$("$sfumato" render still -o $folder/device.png --size 16x16 -v 2>&1 | sed -n 's/^device: //p')
@@ -169,6 +213,8 @@ echo "Device: $device"
   done
   printf '<p>Colours of the debug views: velocity and neighbour maximum show direction as hue and length, against the longest
 blur, as brightness; tile class shows still tiles blue, tiles of one even motion green, all others red.</p>\n'
+  echo "$occlusion_scene: ambient occlusion off and on, ${#occlusion_presets[@]} presets, truth" >&2
+  occlusion_section
   script
 } >"$page.part"
 mv "$page.part" "$page"

@@ -22,8 +22,11 @@ struct Place {
 struct Point {
     const EffectInfo* effect;
     std::string label;
-    std::vector<Place> places;
+    std::string key; // of the truth: points of different truths cannot be compared
+    std::vector<Place> places = {};
     bool is_best = false; // nothing else is both faster and closer
+
+    std::string text() const { return key.empty() ? label : label + " (" + key + ")"; }
 
     // Means over the places where the figure is known.
     template <class Figure>
@@ -83,7 +86,8 @@ Result<void> add_source(Rig& rig, const Options& options, const std::vector<cons
             judge = std::move(*made);
             key = Judge::key(options, variant);
         }
-        if (points[0].places.empty() || points[0].places.back().source != source.name())
+        const bool is_scored = !points[0].places.empty() && points[0].places.back().source == source.name();
+        if (!is_scored && key == points[0].key)
             points[0].places.push_back({source.name(), 0.0, judge->score(judge->do_nothing(), options.ssim)});
         const auto time = time_chain(rig, *variant.effect, variant.parameters.data(), timed->sets,
                                      timing_options(options, rig, warm_up));
@@ -101,7 +105,8 @@ void mark_best(std::vector<Point>& points) {
     for (Point& point : points)
         point.is_best = std::ranges::none_of(points, [&](const Point& other) {
             const bool no_worse = other.milliseconds() <= point.milliseconds() && other.merit() >= point.merit();
-            return no_worse && (other.milliseconds() < point.milliseconds() || other.merit() > point.merit());
+            return other.key == point.key && no_worse &&
+                   (other.milliseconds() < point.milliseconds() || other.merit() > point.merit());
         });
 }
 
@@ -112,8 +117,11 @@ Json point_json(const Point& point) {
         entry.update(score_json(point.adapter(), place.score));
         places.push_back(std::move(entry));
     }
-    Json json = {
-        {"effect", point.effect->name}, {"preset", point.label}, {"ms", point.milliseconds()}, {"psnr", point.psnr()}};
+    Json json = {{"effect", point.effect->name},
+                 {"preset", point.label},
+                 {"truth", point.key},
+                 {"ms", point.milliseconds()},
+                 {"psnr", point.psnr()}};
     if (point.adapter().display_encoded)
         json["psnr_moving"] = point.merit();
     else
@@ -126,12 +134,13 @@ Json point_json(const Point& point) {
 Result<std::vector<Point>> points_of(Rig& rig, const Options& options, const EffectInfo& effect,
                                      const Variants& variants, const Sources& sources, const Output& output) {
     std::vector<const Variant*> chosen;
-    std::vector<Point> points = {{&effect, "do nothing", {}}};
+    std::vector<Point> points = {{&effect, "do nothing", ""}};
     for (const Variant& variant : variants)
         if (variant.effect == &effect) {
             chosen.push_back(&variant);
-            points.push_back({&effect, variant.label, {}});
+            points.push_back({&effect, variant.label, Judge::key(options, variant)});
         }
+    points.front().key = points[1].key; // that is what it is scored against
     double warm_up = options.warm_up;
     for (const auto& source : sources) {
         if (!source->suits(effect.name))
@@ -173,10 +182,10 @@ Result<void> measure_frontier(Rig& rig, const Options& options, const Variants& 
         for (const Point& point : *points) {
             const std::string best = point.is_best ? "*" : "";
             if (is_picture)
-                pictures.add({effect->name, point.label, best, fixed(point.milliseconds(), 4), fixed(point.merit(), 2),
+                pictures.add({effect->name, point.text(), best, fixed(point.milliseconds(), 4), fixed(point.merit(), 2),
                               fixed(point.psnr(), 2), fixed(point.ssim(), 4)});
             else
-                values.add({effect->name, point.label, best, fixed(point.milliseconds(), 4), fixed(point.rmse(), 4),
+                values.add({effect->name, point.text(), best, fixed(point.milliseconds(), 4), fixed(point.rmse(), 4),
                             fixed(point.bias(), 4), fixed(point.region_rmse(), 4), fixed(point.ssim(), 4)});
             json["points"].push_back(point_json(point));
         }
@@ -184,7 +193,8 @@ Result<void> measure_frontier(Rig& rig, const Options& options, const Variants& 
     if (!any_picture && !any_value)
         return Error{ErrorCode::invalid_argument, "none of the effects has a ground truth"};
     output.print((any_picture ? pictures.text() : "") + (any_value ? values.text() : "") +
-                 "*: nothing else is both faster and closer to the truth, of pictures where things move.\n");
+                 "*: nothing else is both faster and closer to the truth, of pictures where things move; rows with "
+                 "another truth, which is in brackets, are told apart.\n");
     return output.write(json);
 }
 

@@ -51,7 +51,7 @@ void add_common(CLI::App& app, Options& options, Texts& texts) {
     app.add_option("--device", options.rig.device, "Index or part of the name of the Vulkan device");
     app.add_option("--json", options.json, "Writes the figures as JSON; - for standard output instead of the table");
     app.add_option("--effect", options.variants.effect, "Effect; all if not given");
-    app.add_option("--preset", options.variants.presets, "Presets; all if not given")->delimiter(',');
+    app.add_option("--preset", options.variants.presets, "Presets, or all, which is the default")->delimiter(',');
     app.add_option("--set", options.variants.sets, "EFFECT.PARAMETER=VALUE, over the preset")
         ->take_all()
         ->allow_extra_args(false);

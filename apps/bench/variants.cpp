@@ -106,6 +106,8 @@ Result<std::vector<Variant>> make_variants(const VariantRequest& request) {
     std::vector<Variant> variants;
     for (const EffectInfo* effect : chosen) {
         std::vector<std::string> presets = request.presets;
+        if (presets == std::vector<std::string>{"all"})
+            presets.clear();
         if (presets.empty())
             for (const Preset& preset : effect->parameters->presets)
                 presets.emplace_back(preset.name);

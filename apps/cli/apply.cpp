@@ -17,6 +17,7 @@ struct ApplyOptions {
     ChainOptions chain;
     FrameListOptions frames;
     LoaderOptions loader;
+    std::string outputs;
     std::string save_config;
     std::string device;
     bool skip_bad_frames = false;
@@ -40,6 +41,19 @@ Result<std::optional<LoadedFrame>> load_first(std::vector<FrameJob>& jobs, Frame
             jobs.front().restarts = true;
     }
     return std::optional<LoadedFrame>();
+}
+
+// A result replaces what bears its name in the file: nobody should lose a pass without knowing.
+void warn_of_replaced(const EffectChain& chain, const LoadedFrame& first, Console& console) {
+    const media::ExrPart& part = first.image.parts[first.colour.part];
+    for (const ChainLink& link : chain)
+        for (const ImageRole& role : link.effect->images) {
+            const bool is_written = std::ranges::find(link.written, role.name) != link.written.end();
+            const std::string name = channel_name(*link.effect, role);
+            if (is_written && part.find_channel(name) != nullptr)
+                console.warn(
+                    fmt::format("{}: its channel {} is replaced by the effect's", first.job.input.string(), name));
+        }
 }
 
 std::string picture_list(const LoadedFrame& frame) {
@@ -90,6 +104,7 @@ void tell_json(const EffectChain& chain, const PipelineReport& report, const Fra
                                    {"effects", chain_json(chain)}};
     json["motion_convention"] = loader.motion() ? nlohmann::ordered_json(loader.motion()->text()) : nullptr;
     json["depth_convention"] = loader.depth() ? nlohmann::ordered_json(loader.depth()->text()) : nullptr;
+    json["normal_convention"] = loader.normals() ? nlohmann::ordered_json(loader.normals()->text()) : nullptr;
     for (const auto& output : report.outputs)
         json["outputs"].push_back(output.string());
     console.result(json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -114,8 +129,15 @@ Outcome finish(const PipelineReport& report, size_t total, double seconds, Conso
     return input_error(fmt::format("{} of {} frames were skipped, {} written", report.skipped, total, report.written));
 }
 
-Outcome process(ApplyOptions& options, const EffectChain& chain, std::vector<FrameJob>& jobs,
-                const Invocation& invocation, Console& console) {
+// Effects take normals in the space that the file has them in.
+void take_normal_space(EffectChain& chain, const FrameLoader& loader) {
+    for (ChainLink& link : chain)
+        if (const ParameterInfo* space = link.effect->parameters->find("normal_space"); space && loader.normals())
+            space->set(link.parameters.data(), loader.normals()->is_world ? 1.0 : 0.0);
+}
+
+Outcome process(ApplyOptions& options, EffectChain& chain, std::vector<FrameJob>& jobs, const Invocation& invocation,
+                Console& console) {
     auto loader = FrameLoader::create(chain, options.loader, console);
     if (!loader)
         return loader.error();
@@ -127,11 +149,14 @@ Outcome process(ApplyOptions& options, const EffectChain& chain, std::vector<Fra
         return first.error();
     if (!*first)
         return input_error(fmt::format("none of {} frames could be read", total));
+    take_normal_space(chain, *loader);
     if (options.dry_run) {
         tell_dry_run(chain, jobs, **first, console);
         return exit_done;
     }
     tell_plan(chain, **first, console);
+    if (!options.frames.output.ends_with(".png"))
+        warn_of_replaced(chain, **first, console);
     auto device = DeviceStage::create(options.device, chain);
     if (!device)
         return device.error();
@@ -153,12 +178,35 @@ Outcome process(ApplyOptions& options, const EffectChain& chain, std::vector<Fra
     return finish(*report, total, seconds, console);
 }
 
+// A PNG holds the picture, or in its absence one plane that can be shown as one.
+Result<void> check_picture(const EffectChain& chain, const std::string& output) {
+    auto format = output_format(output);
+    if (!format)
+        return format.error();
+    if (*format == "png" && !writes_colour(chain) && !writes_plane(chain))
+        return usage_error("a PNG holds colour or visibility, and --outputs names neither; write .exr");
+    return {};
+}
+
+// The parameter says it too: what is set there by hand is not guessed again.
+std::string normal_space_set_by_hand(const EffectChain& chain) {
+    for (const ChainLink& link : chain)
+        for (const std::string& name : link.set_by_hand)
+            if (name == "normal_space")
+                return parameter_text(*link.effect->parameters->find(name), link.parameters.data());
+    return "";
+}
+
 Outcome run(ApplyOptions& options, const Invocation& invocation, Console& console) {
     auto chain = make_chain(options.chain);
     if (!chain)
         return chain.error();
-    if (auto format = output_format(options.frames.output); !format)
-        return format.error();
+    if (auto chosen = choose_outputs(*chain, options.outputs); !chosen)
+        return chosen.error();
+    if (auto checked = check_picture(*chain, options.frames.output); !checked)
+        return checked.error();
+    if (options.loader.conventions.normals.empty())
+        options.loader.conventions.normals = normal_space_set_by_hand(*chain);
     if (auto checked = check_convention_words(options.loader.conventions); !checked)
         return checked.error();
     options.frames.allow_missing = options.skip_bad_frames;
@@ -184,11 +232,15 @@ Command make_apply(CLI::App& app) {
     add_chain_options(app, options->chain, options->save_config);
     add_text(app, "--camera", options->loader.camera, "Cameras of the frames, TOML (default: the files' attributes)");
     add_text(app, "--device", options->device, "Vulkan device: index or part of the name (list devices)");
-    add_text(app, "--layer", options->loader.conventions.layer, "Layer to take colour, depth and motion from");
+    add_text(app, "--layer", options->loader.conventions.layer, "Layer to take colour, depth, normals and motion from");
     add_text(app, "--motion-convention", options->loader.conventions.motion,
              "What motion channels mean: blender, ndc,flip-y, …");
     add_text(app, "--depth-convention", options->loader.conventions.depth,
              "What depth means: planar, distance, normalised,near=1,far=9, …");
+    add_text(app, "--normal-space", options->loader.conventions.normals,
+             "Space of normals: auto, view, world (,unsigned ,flipped ,z-forward)");
+    add_text(app, "--outputs", options->outputs,
+             "What is written: colour, visibility, bent_normal, soft_shadow (default: what the effects are for)");
     app.add_flag("--no-clobber", options->frames.no_clobber, "Refuse to overwrite files");
     app.add_flag("--skip-bad-frames", options->skip_bad_frames,
                  "Report broken frames and go on; the exit code is 3 then");

@@ -22,6 +22,7 @@ class CameraSource {
     Result<void> fill(Frame& facts, const FrameJob& job, const media::ExrPart& part) const;
 
     const std::optional<media::CameraTrack>& track() const { return track_; }
+    const std::string& path() const { return path_; }
 
   private:
     std::optional<media::CameraTrack> track_;

@@ -23,7 +23,8 @@ struct CompareOptions {
     std::string mask;  // "moving", "still", or a picture
     std::string sharp; // the frame without blur: tells what moves
     std::string layer;
-    std::string channel; // compare this one in place of colour
+    std::string channel;           // compare this one in place of colour
+    std::string reference_channel; // and this one of the reference, where it has another name
     std::string difference;
     double gain = 8.0;
     bool linear = false; // compare values as they are
@@ -203,6 +204,8 @@ Result<void> check_options(const CompareOptions& options) {
         return usage_error(fmt::format("--mask {} needs --sharp FILE, the frame without blur", options.mask));
     if (!options.difference.empty() && !is_png(options.difference))
         return usage_error(fmt::format("--diff {}: the difference is written as .png", options.difference));
+    if (!options.reference_channel.empty() && options.channel.empty())
+        return usage_error("--reference-channel needs --channel, the picture's own");
     return {};
 }
 
@@ -212,7 +215,8 @@ Outcome run(const CompareOptions& options, const Invocation& invocation, Console
     auto picture = load_picture(options.picture, options.layer, options.channel);
     if (!picture)
         return picture.error();
-    auto reference = load_picture(options.reference, options.layer, options.channel);
+    auto reference = load_picture(options.reference, options.layer,
+                                  options.reference_channel.empty() ? options.channel : options.reference_channel);
     if (!reference)
         return reference.error();
     if (picture->width != reference->width || picture->height != reference->height)
@@ -260,6 +264,8 @@ Command make_compare(CLI::App& app) {
     app.add_flag("--linear", options->linear, "Compare values as they are (default: as a display shows them)");
     add_text(app, "--layer", options->layer, "Layer to compare");
     add_text(app, "--channel", options->channel, "Compare one channel as it is: AO, View.Depth.Z");
+    add_text(app, "--reference-channel", options->reference_channel,
+             "The reference's channel, where its name is another: truth.AO");
     app.add_flag("--no-clobber", options->no_clobber, "Refuse to overwrite the difference picture");
     app.footer("Example: sfumato compare blur.exr truth.exr --sharp shot.exr --mask moving --psnr-min 30\n"
                "Exit codes: 0 within the thresholds, 1 beyond one, 2 usage, 3 input.");

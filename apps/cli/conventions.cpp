@@ -64,6 +64,9 @@ Result<void> check_convention_words(const ConventionOptions& options) {
         if (auto parsed = media::parse_depth_convention(options.depth); !parsed)
             return usage_error(parsed.error().message +
                                did_you_mean(base(options.depth), media::depth_convention_names()));
+    if (!options.normals.empty() && options.normals != "auto")
+        if (auto parsed = media::parse_normal_convention(options.normals); !parsed)
+            return usage_error("--normal-space: " + parsed.error().message);
     return {};
 }
 
@@ -188,6 +191,26 @@ Result<media::DepthConvention> settle_depth(const media::ExrImage& image, const 
         findings.notes.push_back("depth: " + reason);
     for (const std::string& warning : found->warnings)
         findings.notes.push_back(fmt::format("{}: depth: {}", image.path.string(), warning));
+    return found->convention;
+}
+
+Result<media::NormalConvention> settle_normals(const media::ExrImage& image, const media::ChannelSelection& channels,
+                                               size_t part, const ConventionOptions& options,
+                                               const std::vector<float>& depth, const Camera* camera,
+                                               Findings& findings) {
+    const media::ChannelGroup& group = *channels.normal.chosen;
+    const auto found =
+        media::detect_normals(image, group, options.normals, planes_in_window(image, group, part, 0.0f), depth, camera);
+    if (!found)
+        return found.error();
+    for (const std::string& reason : found->reasons)
+        findings.notes.push_back("normals: " + reason);
+    for (const std::string& warning : found->warnings)
+        findings.warnings.push_back(fmt::format("{}: {}", image.path.string(), warning));
+    if (found->confidence == media::Confidence::guess)
+        findings.warnings.push_back(fmt::format("{}: nothing tells the space of the normals {}: {} is assumed; say "
+                                                "--normal-space view or world",
+                                                image.path.string(), group.text(), found->convention.text()));
     return found->convention;
 }
 

@@ -7,6 +7,7 @@
 #include "media/exr_file.h"
 #include "media/motion_convention.h"
 #include "media/motion_warp.h"
+#include "media/normal_convention.h"
 #include "sfumato/result.h"
 
 #include <filesystem>
@@ -20,6 +21,7 @@ struct ConventionOptions {
     std::string layer;
     std::string motion; // the user's word; "" to detect
     std::string depth;
+    std::string normals; // space and modifiers; "" or "auto" to detect
 };
 
 // The result of the warp check, or why there is none.
@@ -47,6 +49,12 @@ Result<media::MotionConvention> settle_motion(const media::ExrImage& image, cons
 
 Result<media::DepthConvention> settle_depth(const media::ExrImage& image, const media::ChannelSelection& channels,
                                             const ConventionOptions& options, Findings& findings);
+
+// `depth`: linear view depth over part `part`, the evidence together with the camera; either may be missing.
+Result<media::NormalConvention> settle_normals(const media::ExrImage& image, const media::ChannelSelection& channels,
+                                               size_t part, const ConventionOptions& options,
+                                               const std::vector<float>& depth, const Camera* camera,
+                                               Findings& findings);
 
 // Channels by role. Errors (invalid_argument): a layer that does not exist, with the nearest that does.
 Result<media::ChannelSelection> choose_channels(const media::ExrImage& image, const std::string& layer);

@@ -57,7 +57,7 @@ Result<void> DeviceStage::prepare(const LoadedFrame& frame) {
             return as_device(made.error());
         image = std::move(*made);
     }
-    if (auto prepared = runner_->prepare(frame.roles.at("colour").extent); !prepared)
+    if (auto prepared = runner_->prepare(frame.extent); !prepared)
         return prepared;
     return frame.job.restarts ? runner_->restart() : Result<void>{};
 }
@@ -96,7 +96,9 @@ Result<void> DeviceStage::record_uploads(Slot& slot) {
 }
 
 Result<void> DeviceStage::record_readbacks(Slot& slot) {
-    std::map<std::string, const apps::HostImage*> outputs = runner_->extras();
+    std::map<std::string, const apps::HostImage*> outputs;
+    for (const auto& [name, extra] : runner_->extras())
+        outputs[name] = extra.image;
     if (runner_->colour())
         outputs[""] = runner_->colour();
     for (const auto& [name, image] : outputs) {
@@ -154,9 +156,10 @@ Result<std::optional<ProcessedFrame>> DeviceStage::collect() {
         result.colour = apps::decode_pixels(*apps::find_pixel_format(colour->format()), slot.readbacks.at("").bytes());
     const media::ExrPart& part = result.frame.image.parts[result.frame.colour.part];
     const Extent extent = {static_cast<uint32_t>(part.width()), static_cast<uint32_t>(part.height())};
-    for (const auto& [name, image] : runner_->extras()) {
-        const apps::PixelFormat& format = *apps::find_pixel_format(image->format());
-        result.extras[name] = {extent, format.components, apps::decode_pixels(format, slot.readbacks.at(name).bytes())};
+    for (const auto& [name, extra] : runner_->extras()) {
+        const apps::PixelFormat& format = *apps::find_pixel_format(extra.image->format());
+        result.extras[name] = {
+            {extent, format.components, apps::decode_pixels(format, slot.readbacks.at(name).bytes())}, extra.role};
     }
     return std::optional<ProcessedFrame>(std::move(result));
 }

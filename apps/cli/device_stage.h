@@ -10,10 +10,15 @@
 
 namespace sfumato::cli {
 
+struct ExtraPicture {
+    RolePicture picture;
+    const ImageRole* role = nullptr;
+};
+
 struct ProcessedFrame {
     LoadedFrame frame;
     std::vector<float> colour; // RGBA, interleaved; empty if no effect puts out colour
-    std::map<std::string, RolePicture> extras;
+    std::map<std::string, ExtraPicture> extras;
 };
 
 class DeviceStage {

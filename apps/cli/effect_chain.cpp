@@ -115,6 +115,7 @@ Result<void> apply_setting(EffectChain& chain, const std::string& setting) {
         return not_in_chain(chain, name.substr(0, dot), "--set " + setting);
     const std::string parameter = dot == std::string::npos ? name : name.substr(dot + 1);
     auto set = set_parameter(*link->effect->parameters, link->parameters.data(), parameter, setting.substr(equals + 1));
+    link->set_by_hand.push_back(parameter);
     return set ? Result<void>{} : wrong(set.error().message);
 }
 

@@ -15,6 +15,9 @@ struct ChainLink {
     const EffectInfo* effect = nullptr;
     std::string preset; // the last one that was applied; "" for the defaults
     ParameterSet parameters;
+    std::vector<std::string> set_by_hand = {}; // parameters that --set named
+    std::vector<std::string> outputs = {};     // roles that the effect makes
+    std::vector<std::string> written = {};     // those of them that go to the file
 };
 
 using EffectChain = std::vector<ChainLink>;
@@ -29,6 +32,19 @@ struct ChainOptions {
 
 // Errors (invalid_argument, with the nearest known name; input for a broken configuration file).
 Result<EffectChain> make_chain(const ChainOptions& options);
+
+// Decides what effects make and what is written. `wanted` is a list of roles, "colour" for the picture; empty: what
+// each effect is for. Errors (invalid_argument): a name that no effect of the chain makes.
+Result<void> choose_outputs(EffectChain& chain, const std::string& wanted);
+
+// Whether an input has any influence with these parameters and outputs.
+bool uses_input(const ChainLink& link, const ImageRole& role);
+bool chain_uses(const EffectChain& chain, std::string_view input);
+
+// Whether the chain changes the picture, or puts something beside it only; and whether that is a plane that can be
+// shown as a grey picture.
+bool writes_colour(const EffectChain& chain);
+bool writes_plane(const EffectChain& chain);
 
 // The effective values, as a file that --config reads back to the same.
 Result<void> save_config(const EffectChain& chain, const std::filesystem::path& path, bool no_clobber);

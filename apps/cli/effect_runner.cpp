@@ -3,6 +3,7 @@
 
 #include "apps/cli/exit_code.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <fmt/format.h>
 
@@ -14,11 +15,18 @@ VkFormat float_format(uint32_t components) {
     return components == 2 ? VK_FORMAT_R32G32_SFLOAT : VK_FORMAT_R32G32B32A32_SFLOAT;
 }
 
+// Visibility has a name that other programs know; the others that a scene's truth has as well are called as there.
+std::string channel_name(const EffectInfo& effect, const ImageRole& role) {
+    const std::string_view name = role.name;
+    if (name == "visibility")
+        return "AO";
+    return name == "bent_normal" || name == "soft_shadow" ? std::string(name) : fmt::format("{}.{}", effect.name, name);
+}
+
 namespace {
 
-// Visibility has a name that other programs know.
-std::string channel_name(const EffectInfo& effect, const ImageRole& role) {
-    return std::string_view(role.name) == "visibility" ? "AO" : fmt::format("{}.{}", effect.name, role.name);
+bool contains(const std::vector<std::string>& list, std::string_view name) {
+    return std::ranges::find(list, name) != list.end();
 }
 
 } // namespace
@@ -37,9 +45,8 @@ Result<std::unique_ptr<EffectRunner>> EffectRunner::create(apps::Device& device,
             if (!role.is_output())
                 continue;
             const bool is_colour = std::string_view(role.name) == "output";
-            if (role.is_optional() && !is_colour)
-                continue;
-            stage.outputs.push_back({&role, is_colour, {}});
+            if (contains(link.outputs, role.name))
+                stage.outputs.push_back({&role, is_colour, contains(link.written, role.name), {}});
         }
         runner->stages_.push_back(std::move(stage));
     }
@@ -82,7 +89,8 @@ Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, 
         std::vector<std::max_align_t> images(effect.images_size / sizeof(std::max_align_t) + 1);
         for (const ImageRole& role : effect.images) {
             const auto found = current.find(role.name);
-            role.get(images.data()) = !role.is_output() && found != current.end() ? found->second : Image{};
+            role.get(images.data()) =
+                !role.is_output() && found != current.end() && uses_input(*stage.link, role) ? found->second : Image{};
         }
         for (const Output& output : stage.outputs)
             output.role->get(images.data()) = output.image.image();
@@ -99,17 +107,17 @@ Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, 
 const apps::HostImage* EffectRunner::colour() const {
     for (auto stage = stages_.rbegin(); stage != stages_.rend(); ++stage)
         for (const Output& output : stage->outputs)
-            if (output.is_colour)
+            if (output.is_colour && output.is_written)
                 return &output.image;
     return nullptr;
 }
 
-std::map<std::string, const apps::HostImage*> EffectRunner::extras() const {
-    std::map<std::string, const apps::HostImage*> result;
+std::map<std::string, ExtraOutput> EffectRunner::extras() const {
+    std::map<std::string, ExtraOutput> result;
     for (const Stage& stage : stages_)
         for (const Output& output : stage.outputs)
-            if (!output.is_colour)
-                result[channel_name(*stage.link->effect, *output.role)] = &output.image;
+            if (!output.is_colour && output.is_written)
+                result[channel_name(*stage.link->effect, *output.role)] = {&output.image, output.role};
     return result;
 }
 

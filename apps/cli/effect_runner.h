@@ -14,6 +14,11 @@ namespace sfumato::cli {
 // Inputs by role; the colour output of an effect is the colour of the next.
 using RoleImages = std::map<std::string, Image>;
 
+struct ExtraOutput {
+    const apps::HostImage* image = nullptr;
+    const ImageRole* role = nullptr; // tells how many of the image's channels mean something, and their sign
+};
+
 class EffectRunner {
   public:
     // `frames_in_flight` as ContextInfo has it. Errors are the device's.
@@ -28,10 +33,10 @@ class EffectRunner {
 
     Result<void> record(VkCommandBuffer commands, const Frame& frame, const RoleImages& inputs);
 
-    // The colour after the last effect; the first input if no effect has a colour output.
+    // The colour after the last effect that makes some to be written; null if there is none.
     const apps::HostImage* colour() const;
-    // What effects put out besides colour, by channel name: "ambient-occlusion.visibility".
-    std::map<std::string, const apps::HostImage*> extras() const;
+    // What effects put out besides colour, by channel name: "AO", "bent_normal".
+    std::map<std::string, ExtraOutput> extras() const;
 
     Context& context() { return *context_; }
 
@@ -39,6 +44,7 @@ class EffectRunner {
     struct Output {
         const ImageRole* role = nullptr;
         bool is_colour = false;
+        bool is_written = false;
         apps::HostImage image;
     };
     struct Stage {
@@ -55,6 +61,9 @@ class EffectRunner {
     std::vector<Stage> stages_;
     Extent extent_;
 };
+
+// What a result is called in files: "AO", "bent_normal".
+std::string channel_name(const EffectInfo& effect, const ImageRole& role);
 
 // The float format with at least that many components: nothing of the files' precision is lost on the device.
 VkFormat float_format(uint32_t components);

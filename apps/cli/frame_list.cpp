@@ -183,7 +183,7 @@ Neighbours neighbours_of(const fs::path& path) {
     const auto pattern = media::FramePattern::parse(*text);
     if (!pattern || pattern->path_of(number) != path)
         return {};
-    return {if_exists(pattern->path_of(number - 1)), if_exists(pattern->path_of(number + 1))};
+    return {if_exists(pattern->path_of(number - 1)), if_exists(pattern->path_of(number + 1)), number};
 }
 
 Result<void> make_parent_folder(const fs::path& output) {

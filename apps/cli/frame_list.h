@@ -35,6 +35,7 @@ Result<std::vector<FrameJob>> list_frames(const FrameListOptions& options);
 struct Neighbours {
     std::optional<std::filesystem::path> previous;
     std::optional<std::filesystem::path> next;
+    int frame = 0; // the file's own number
 };
 Neighbours neighbours_of(const std::filesystem::path& path);
 

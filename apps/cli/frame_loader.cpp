@@ -78,44 +78,61 @@ Result<FrameLoader> FrameLoader::create(const EffectChain& chain, const LoaderOp
 }
 
 bool FrameLoader::needs(std::string_view role) const {
-    for (const ChainLink& link : *chain_)
-        for (const ImageRole& image : link.effect->images)
-            if (!image.is_output() && image.name == role)
-                return true;
-    return false;
+    return chain_uses(*chain_, role);
 }
 
-Result<void> FrameLoader::settle(const media::ExrImage& image, const media::ChannelSelection& channels,
-                                 const FrameJob& job) {
+void FrameLoader::tell(Findings& findings) const {
+    for (const std::string& note : findings.notes)
+        console_->note(note);
+    for (const std::string& warning : findings.warnings)
+        console_->warn(warning);
+    findings = {};
+}
+
+Result<void> FrameLoader::settle(const LoadedFrame& frame, const media::ChannelSelection& channels) {
+    const media::ExrImage& image = frame.image;
     Findings findings;
-    const auto tell = [&] {
-        for (const std::string& note : findings.notes)
-            console_->note(note);
-        for (const std::string& warning : findings.warnings)
-            console_->warn(warning);
-        findings = {};
-    };
-    for (const media::ChannelChoice* choice : {&channels.colour, &channels.depth, &channels.motion})
+    for (const media::ChannelChoice* choice : {&channels.colour, &channels.depth, &channels.normal, &channels.motion})
         for (const std::string& reason : choice->reasons)
             findings.notes.push_back(reason);
+    const bool needs_motion = needs("velocity") || needs("next_velocity");
     if (needs("depth") && channels.depth.chosen) {
         auto depth = settle_depth(image, channels, options_.conventions, findings);
         if (!depth)
             return depth.error();
         depth_ = *depth;
-    } else if (needs("depth") && channels.motion.chosen) {
+    } else if (needs("depth") && needs_motion && channels.motion.chosen) {
         findings.warnings.push_back(
-            fmt::format("{}: no depth channel; everything counts as one distance", job.input.string()));
+            fmt::format("{}: no depth channel; everything counts as one distance", frame.job.input.string()));
     }
-    tell();
-    if ((needs("velocity") || needs("next_velocity")) && channels.motion.chosen) {
-        auto motion = settle_motion(image, channels, options_.conventions, job.previous, job.next, findings);
-        tell();
+    tell(findings);
+    if (needs_motion && channels.motion.chosen) {
+        auto motion =
+            settle_motion(image, channels, options_.conventions, frame.job.previous, frame.job.next, findings);
+        tell(findings);
         if (!motion)
             return motion.error();
         motion_ = *motion;
     }
-    settled_ = true;
+    return {};
+}
+
+// After depth, which is the evidence.
+Result<void> FrameLoader::settle_normals_of(const LoadedFrame& frame, const media::ChannelSelection& channels,
+                                            Findings& findings) {
+    if (!needs("normal"))
+        return {};
+    if (!channels.normal.chosen) {
+        findings.notes.push_back("normals: none; they are derived from depth");
+        return {};
+    }
+    const auto depth = frame.roles.find("depth");
+    auto normals = settle_normals(frame.image, channels, frame.colour.part, options_.conventions,
+                                  depth == frame.roles.end() ? std::vector<float>{} : depth->second.values,
+                                  frame.facts.camera ? &*frame.facts.camera : nullptr, findings);
+    if (!normals)
+        return normals.error();
+    normals_ = *normals;
     return {};
 }
 
@@ -158,27 +175,41 @@ Result<void> FrameLoader::add_motion(LoadedFrame& frame, const media::ChannelSel
     return {};
 }
 
-// Normals as they are, and anything else that bears a role's name.
+// Normals, and anything else that bears a role's name.
 void FrameLoader::add_others(LoadedFrame& frame, const media::ChannelSelection& channels) {
     for (const ChainLink& link : *chain_) {
         for (const ImageRole& role : link.effect->images) {
             if (role.is_output() || frame.roles.contains(role.name) || std::string_view(role.name) == "depth" ||
-                std::string_view(role.name).ends_with("velocity"))
+                std::string_view(role.name).ends_with("velocity") || !uses_input(link, role))
                 continue;
             const bool is_normal = std::string_view(role.name).starts_with("normal");
             const media::ChannelGroup group = is_normal ? channels.normal.chosen.value_or(media::ChannelGroup{})
                                                         : named_group(frame.image, role.name);
-            if (group.channels.size() >= role.components && !group.channels.empty())
-                frame.roles[role.name] = interleave(planes_in_window(frame.image, group, frame.colour.part, 0.0f));
+            if (group.channels.size() < role.components || group.channels.empty())
+                continue;
+            media::Planes planes = planes_in_window(frame.image, group, frame.colour.part, 0.0f);
+            if (is_normal && normals_)
+                media::decode_normals(planes, *normals_);
+            frame.roles[role.name] = interleave(planes);
         }
     }
 }
+
+namespace {
+
+// What was asked for cannot be made without it, though the effect can do without.
+bool is_asked_for(const ChainLink& link, const ImageRole& role) {
+    const std::string_view name = role.name;
+    return (name == "shadow" || name == "ambient" || name == "colour") && role.is_optional() && uses_input(link, role);
+}
+
+} // namespace
 
 Result<void> FrameLoader::check_complete(const LoadedFrame& frame) const {
     const std::string file = frame.job.input.string();
     for (const ChainLink& link : *chain_) {
         for (const ImageRole& role : link.effect->images)
-            if (role.use == ImageUse::input && !frame.roles.contains(role.name))
+            if (!frame.roles.contains(role.name) && (role.use == ImageUse::input || is_asked_for(link, role)))
                 return input_error(fmt::format("{}: {} needs '{}' ({}), and no channel has it; the layers are {}", file,
                                                link.effect->name, role.name, role.doc,
                                                fmt::join(media::layer_names(frame.image), ", ")));
@@ -194,6 +225,51 @@ Result<void> FrameLoader::check_complete(const LoadedFrame& frame) const {
     return {};
 }
 
+// The result goes to the part of the colour, or without one to that of the depth.
+Result<void> FrameLoader::place_result(LoadedFrame& frame, const media::ChannelSelection& channels) const {
+    if (channels.colour.chosen)
+        frame.colour = *channels.colour.chosen;
+    else if (!needs("colour") && channels.depth.chosen)
+        frame.colour = {channels.depth.chosen->part, "", {}, "", "", 0};
+    else
+        return input_error(fmt::format("{}: no colour channels; the layers are {} (--layer chooses)",
+                                       frame.job.input.string(), fmt::join(media::layer_names(frame.image), ", ")));
+    const media::ExrPart& part = frame.image.parts[frame.colour.part];
+    frame.extent = {static_cast<uint32_t>(part.width()), static_cast<uint32_t>(part.height())};
+    return {};
+}
+
+Result<void> FrameLoader::check_camera(const LoadedFrame& frame) const {
+    for (const ChainLink& link : *chain_)
+        if (link.effect->needs_camera && !frame.facts.camera)
+            return input_error(fmt::format("{}: {} needs a camera, and the file has none (worldToCamera, worldToNDC); "
+                                           "give --camera FILE.toml",
+                                           frame.job.input.string(), link.effect->name));
+    return {};
+}
+
+Result<void> FrameLoader::decode(LoadedFrame& frame, const media::ChannelSelection& channels) {
+    if (!settled_)
+        if (auto settled = settle(frame, channels); !settled)
+            return settled;
+    if (needs("colour"))
+        frame.roles["colour"] = colour_picture(frame.image, frame.colour);
+    if (auto added = add_depth(frame, channels); !added)
+        return added;
+    if (auto added = add_motion(frame, channels); !added)
+        return added;
+    if (!settled_) {
+        Findings findings;
+        auto settled = settle_normals_of(frame, channels, findings);
+        tell(findings);
+        if (!settled)
+            return settled;
+        settled_ = true;
+    }
+    add_others(frame, channels);
+    return check_complete(frame);
+}
+
 Result<LoadedFrame> FrameLoader::load(const FrameJob& job) {
     media::ExrReadOptions read_options;
     read_options.threads = options_.threads;
@@ -203,24 +279,16 @@ Result<LoadedFrame> FrameLoader::load(const FrameJob& job) {
     auto channels = choose_channels(*image, options_.conventions.layer);
     if (!channels)
         return channels.error();
-    if (!channels->colour.chosen)
-        return input_error(fmt::format("{}: no colour channels; the layers are {} (--layer chooses)",
-                                       job.input.string(), fmt::join(media::layer_names(*image), ", ")));
-    if (!settled_)
-        if (auto settled = settle(*image, *channels, job); !settled)
-            return settled.error();
-    LoadedFrame frame{job, std::move(*image), *channels->colour.chosen, {}, {}};
+    LoadedFrame frame{job, std::move(*image), {}, {}, {}, {}};
     frame.facts.index = static_cast<uint64_t>(static_cast<int64_t>(job.frame));
+    if (auto placed = place_result(frame, *channels); !placed)
+        return placed.error();
     if (auto filled = cameras_.fill(frame.facts, job, frame.image.parts[frame.colour.part]); !filled)
         return filled.error();
-    frame.roles["colour"] = colour_picture(frame.image, frame.colour);
-    if (auto added = add_depth(frame, *channels); !added)
-        return added.error();
-    if (auto added = add_motion(frame, *channels); !added)
-        return added.error();
-    add_others(frame, *channels);
-    if (auto complete = check_complete(frame); !complete)
-        return complete.error();
+    if (auto checked = check_camera(frame); !checked)
+        return checked.error();
+    if (auto decoded = decode(frame, *channels); !decoded)
+        return decoded.error();
     return frame;
 }
 

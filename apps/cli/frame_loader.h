@@ -28,6 +28,7 @@ struct LoadedFrame {
     media::ChannelGroup colour; // where in `image` the result goes
     std::map<std::string, RolePicture> roles;
     Frame facts;
+    Extent extent; // of the part that the result goes to
 };
 
 struct LoaderOptions {
@@ -46,13 +47,20 @@ class FrameLoader {
 
     const std::optional<media::MotionConvention>& motion() const { return motion_; }
     const std::optional<media::DepthConvention>& depth() const { return depth_; }
+    const std::optional<media::NormalConvention>& normals() const { return normals_; }
 
   private:
     FrameLoader(const EffectChain& chain, const LoaderOptions& options, Console& console, CameraSource cameras)
         : chain_(&chain), options_(options), console_(&console), cameras_(std::move(cameras)) {}
 
     bool needs(std::string_view role) const;
-    Result<void> settle(const media::ExrImage& image, const media::ChannelSelection& channels, const FrameJob& job);
+    Result<void> settle(const LoadedFrame& frame, const media::ChannelSelection& channels);
+    Result<void> settle_normals_of(const LoadedFrame& frame, const media::ChannelSelection& channels,
+                                   Findings& findings);
+    void tell(Findings& findings) const;
+    Result<void> place_result(LoadedFrame& frame, const media::ChannelSelection& channels) const;
+    Result<void> check_camera(const LoadedFrame& frame) const;
+    Result<void> decode(LoadedFrame& frame, const media::ChannelSelection& channels);
     Result<void> add_depth(LoadedFrame& frame, const media::ChannelSelection& channels);
     Result<void> add_motion(LoadedFrame& frame, const media::ChannelSelection& channels);
     void add_others(LoadedFrame& frame, const media::ChannelSelection& channels);
@@ -65,6 +73,7 @@ class FrameLoader {
     bool settled_ = false;
     std::optional<media::MotionConvention> motion_;
     std::optional<media::DepthConvention> depth_;
+    std::optional<media::NormalConvention> normals_;
 };
 
 } // namespace sfumato::cli

@@ -15,6 +15,12 @@ void add_provenance(media::ExrPart& part, const EffectChain& chain, const std::s
         part.set_string_attribute(fmt::format("sfumato/{}", link.effect->name), parameters_text(link));
 }
 
+std::string extra_channel(const std::string& name, const ImageRole& role, uint32_t component) {
+    if (role.components == 1)
+        return name;
+    return fmt::format("{}.{}", name, (role.is_signed ? "XYZW" : "RGBA")[component]);
+}
+
 namespace {
 
 std::vector<float> plane_of(const std::vector<float>& values, size_t components, size_t component) {
@@ -35,16 +41,30 @@ void replace_colour(ProcessedFrame& frame, bool full_float) {
 }
 
 void add_extras(ProcessedFrame& frame) {
-    static constexpr const char* letters[] = {".R", ".G", ".B", ".A"};
     media::ExrPart& part = frame.frame.image.parts[frame.frame.colour.part];
-    for (const auto& [name, picture] : frame.extras)
-        for (uint32_t c = 0; c < picture.components; ++c)
-            part.set_channel(picture.components == 1 ? name : name + letters[c],
-                             plane_of(picture.values, picture.components, c));
+    for (const auto& [name, extra] : frame.extras)
+        for (uint32_t c = 0; c < extra.role->components; ++c)
+            part.set_channel(extra_channel(name, *extra.role, c),
+                             plane_of(extra.picture.values, extra.picture.components, c));
+}
+
+bool is_shown(const ImageRole& role) {
+    return role.components == 1 && !role.is_signed;
 }
 
 Result<void> write_picture(const ProcessedFrame& frame, const WriterOptions& options) {
     const media::ExrPart& part = frame.frame.image.parts[frame.frame.colour.part];
+    // Without a picture, what was made in its place is shown as the brightness of a white surface.
+    if (frame.colour.empty()) {
+        const auto shown =
+            std::ranges::find_if(frame.extras, [](const auto& extra) { return is_shown(*extra.second.role); });
+        if (shown != frame.extras.end()) {
+            const float* values = shown->second.picture.values.data();
+            const auto picture = media::make_picture(static_cast<int>(part.width()), static_cast<int>(part.height()),
+                                                     values, values, values);
+            return media::write_png(frame.frame.job.output, picture, {options.no_clobber, true});
+        }
+    }
     const auto plane = [&](size_t c) -> const float* {
         return c < frame.frame.colour.channels.size() ? part.channels[frame.frame.colour.channels[c]].values.data()
                                                       : nullptr;

@@ -17,6 +17,9 @@ struct WriterOptions {
 
 Result<void> write_frame(ProcessedFrame& frame, const EffectChain& chain, const WriterOptions& options);
 
+// The channel of one component: "AO", "bent_normal.X".
+std::string extra_channel(const std::string& name, const ImageRole& role, uint32_t component);
+
 // Attributes that tell how an image was made. The same for the same command, whenever and wherever it runs.
 void add_provenance(media::ExrPart& part, const EffectChain& chain, const std::string& command_line);
 

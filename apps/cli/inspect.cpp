@@ -13,6 +13,7 @@ namespace {
 struct InspectOptions {
     std::vector<std::string> files;
     std::string frames;
+    std::string camera;
     ConventionOptions conventions;
 };
 
@@ -41,10 +42,13 @@ Outcome run(const InspectOptions& options, const Invocation& invocation, Console
     const auto paths = all_files(options);
     if (!paths)
         return paths.error();
+    const auto cameras = CameraSource::open(options.camera);
+    if (!cameras)
+        return cameras.error();
     auto list = nlohmann::ordered_json::array();
     ExitCode code = exit_done;
     for (const std::filesystem::path& path : *paths) {
-        const auto report = inspect_file(path, options.conventions, coding_threads());
+        const auto report = inspect_file(path, options.conventions, *cameras, coding_threads());
         // One broken file does not hide the others.
         if (!report) {
             console.error(report.error());
@@ -70,6 +74,8 @@ Command make_inspect(CLI::App& app) {
     add_text(app, "--layer", options->conventions.layer, "Layer to take colour, depth, normals and motion from");
     add_text(app, "--motion-convention", options->conventions.motion, "Check this reading of the motion channels");
     add_text(app, "--depth-convention", options->conventions.depth, "Use this reading of the depth channel");
+    add_text(app, "--normal-space", options->conventions.normals, "Check this space of normals: view, world");
+    add_text(app, "--camera", options->camera, "Cameras of the frames, TOML (default: the files' attributes)");
     app.footer("Where the frames before and after stand beside a file, the motion channels are checked by warping.\n"
                "Example: sfumato inspect shot.0006.exr --motion-convention blender,flip-y");
     return [options](const Invocation& invocation, Console& console) { return run(*options, invocation, console); };

@@ -125,7 +125,7 @@ std::string camera_text(const FileReport& report) {
     const auto row = [](const Matrix4& m, size_t r) {
         return fmt::format("{:g} {:g} {:g} {:g}", m[r], m[4 + r], m[8 + r], m[12 + r]);
     };
-    std::string text = "camera: from worldToCamera and worldToNDC\n";
+    std::string text = fmt::format("camera: from {}\n", one_line(report.camera_source));
     for (size_t r = 0; r < 3; ++r)
         text += fmt::format("  world to view row {}: {}\n", r, row(report.camera->world_to_view, r));
     return text;
@@ -146,6 +146,12 @@ std::string report_text(const FileReport& report) {
         add_lines(text, "warning: ", report.depth->warnings);
     }
     text += choice_text("normals", report.channels.normal);
+    if (report.normals) {
+        text += fmt::format("  space {} ({}): {}\n", report.normals->convention.text(),
+                            confidence_name(report.normals->confidence), report.normals->convention.description());
+        add_lines(text, "", report.normals->reasons);
+        add_lines(text, "warning: ", report.normals->warnings);
+    }
     text += choice_text("motion", report.channels.motion);
     if (report.motion) {
         text += fmt::format("  convention {} ({}): {}\n", report.motion->convention.text(),
@@ -230,6 +236,11 @@ Json report_json(const FileReport& report) {
     if (report.depth)
         add_detection(json["depth"], *report.depth);
     json["normals"] = choice_json(report.channels.normal);
+    if (report.normals) {
+        add_detection(json["normals"], *report.normals);
+        for (const media::NormalReading& reading : report.normals->readings)
+            json["normals"]["agreement"][reading.convention.text()] = reading.agreement;
+    }
     json["motion"] = choice_json(report.channels.motion);
     if (report.motion) {
         add_detection(json["motion"], *report.motion);
@@ -278,7 +289,44 @@ void add_values(FileReport& report, const std::optional<media::ChannelGroup>& gr
 
 } // namespace
 
-Result<FileReport> inspect_file(const std::filesystem::path& path, const ConventionOptions& options, int threads) {
+namespace {
+
+void add_camera(FileReport& report, const std::filesystem::path& path, const CameraSource& cameras) {
+    FrameJob job;
+    job.input = path;
+    job.frame = neighbours_of(path).frame;
+    Frame facts;
+    if (auto filled = cameras.fill(facts, job, report.image.parts.front()); !filled)
+        report.camera_problem = filled.error().message;
+    report.camera = facts.camera;
+    report.camera_source = cameras.track() ? cameras.path() : "worldToCamera and worldToNDC";
+}
+
+// The evidence is depth as the effects would take it; without it the space is what names and header say.
+Result<void> add_normals(FileReport& report, const ConventionOptions& options) {
+    const media::ChannelGroup& group = *report.channels.normal.chosen;
+    const Camera* camera = report.camera ? &*report.camera : nullptr;
+    std::vector<float> depth;
+    if (report.depth && camera) {
+        const media::Planes planes =
+            planes_in_window(report.image, *report.channels.depth.chosen, group.part, media::no_hit_depth);
+        if (auto decoded = media::decode_depth(planes.channels.front(), planes.width, planes.height,
+                                               report.depth->convention, &camera->projection);
+            decoded)
+            depth = std::move(*decoded);
+    }
+    auto normals = media::detect_normals(report.image, group, options.normals, media::planes_of(report.image, group),
+                                         depth, camera);
+    if (!normals)
+        return normals.error();
+    report.normals = std::move(*normals);
+    return {};
+}
+
+} // namespace
+
+Result<FileReport> inspect_file(const std::filesystem::path& path, const ConventionOptions& options,
+                                const CameraSource& cameras, int threads) {
     media::ExrReadOptions read_options;
     read_options.threads = threads;
     auto image = media::read_exr(path, read_options);
@@ -310,11 +358,10 @@ Result<FileReport> inspect_file(const std::filesystem::path& path, const Convent
         report.warp = check_with_neighbours(report.image, report.channels, report.motion->convention, options.layer,
                                             beside.previous, beside.next);
     }
-    auto camera = camera_of(report.image.parts.front(), path.string());
-    if (camera)
-        report.camera = *camera;
-    else
-        report.camera_problem = camera.error().message;
+    add_camera(report, path, cameras);
+    if (report.channels.normal.chosen)
+        if (auto added = add_normals(report, options); !added)
+            return added.error();
     return report;
 }
 

@@ -1,6 +1,7 @@
 // What sfumato inspect finds in one file, as data, text and JSON.
 #pragma once
 
+#include "apps/cli/camera_source.h"
 #include "apps/cli/conventions.h"
 #include "media/channels.h"
 #include "media/depth_convention.h"
@@ -31,12 +32,15 @@ struct FileReport {
     std::optional<media::DepthDetection> depth;
     std::optional<media::MotionDetection> motion;
     WarpOutcome warp;
+    std::optional<media::NormalDetection> normals;
     std::optional<Camera> camera;
+    std::string camera_source; // what it comes from
     std::string camera_problem;
 };
 
 // Errors: the file cannot be read; a layer or convention that does not exist.
-Result<FileReport> inspect_file(const std::filesystem::path& path, const ConventionOptions& options, int threads);
+Result<FileReport> inspect_file(const std::filesystem::path& path, const ConventionOptions& options,
+                                const CameraSource& cameras, int threads);
 
 std::string report_text(const FileReport& report);
 nlohmann::ordered_json report_json(const FileReport& report);

@@ -21,7 +21,7 @@ struct ListOptions {
 };
 
 const char* const kinds[] = {"real", "integer", "boolean", "choice"};
-const char* const uses[] = {"input", "optional input", "output"};
+const char* const uses[] = {"input", "optional input", "output", "optional output"};
 
 Result<std::vector<const EffectInfo*>> chosen_effects(const std::string& name) {
     if (name.empty())

@@ -32,11 +32,13 @@ struct RenderCommandOptions {
     std::string size = "960x540";
     ChainOptions chain;
     std::string truth;
-    double truth_radius = 1.5;
-    std::string truth_falloff = "hard";
+    std::optional<double> truth_radius; // else the effect's, else 1.5
+    std::string truth_falloff;          // else the effect's, else hard
     int truth_rays = 256;
     TruthRequest truths; // what `truth` says
+    std::string outputs;
     int samples = 2;
+    int preroll = 0;
     bool all_passes = false;
     bool full_float = false;
     bool no_clobber = false;
@@ -74,12 +76,28 @@ Result<TruthRequest> parse_truth(const RenderCommandOptions& options) {
                                            "motion-blur, nor ambient-occlusion",
                                            options.truth, word));
     }
-    const auto falloff = scene::find_falloff(options.truth_falloff);
-    if (!falloff)
-        return usage_error(fmt::format("--truth-falloff {}: there are {}", options.truth_falloff,
-                                       fmt::join(scene::falloff_names(), ", ")));
-    request.rays = {options.truth_radius, *falloff, options.truth_rays, 0};
+    request.rays.rays = options.truth_rays;
     return request;
+}
+
+// The truth reaches as far as the occlusion in the chain does, and falls off like it, unless told otherwise.
+Result<void> complete_truth(TruthRequest& request, const RenderCommandOptions& options, const EffectChain& chain) {
+    std::string falloff = options.truth_falloff;
+    for (const ChainLink& link : chain) {
+        const ParameterInfo* radius = link.effect->parameters->find("radius");
+        const ParameterInfo* own = link.effect->parameters->find("falloff");
+        if (!radius || !own)
+            continue;
+        request.rays.radius = radius->get(link.parameters.data());
+        falloff = falloff.empty() ? parameter_text(*own, link.parameters.data()) : falloff;
+    }
+    const auto found = scene::find_falloff(falloff.empty() ? "hard" : falloff);
+    if (!found)
+        return usage_error(
+            fmt::format("--truth-falloff {}: there are {}", falloff, fmt::join(scene::falloff_names(), ", ")));
+    request.rays.falloff = *found;
+    request.rays.radius = options.truth_radius.value_or(request.rays.radius);
+    return {};
 }
 
 Result<const scene::Scene*> choose_scene(const std::string& name) {
@@ -187,7 +205,11 @@ class SceneFrames {
         std::vector<std::pair<const char*, uint32_t>> wanted = {
             {"colour", 4}, {"depth", 1}, {"normal", 4}, {"velocity", 2}, {"next_velocity", 2}};
         if (options_.all_passes)
-            wanted.insert(wanted.end(), {{"direct", 4}, {"ambient", 4}, {"shadow", 1}});
+            wanted.emplace_back("direct", 4);
+        if (options_.all_passes || chain_uses(chain_, "ambient"))
+            wanted.emplace_back("ambient", 4);
+        if (options_.all_passes || chain_uses(chain_, "shadow"))
+            wanted.emplace_back("shadow", 1);
         if (options_.truths.sub_frames > 0)
             wanted.emplace_back("truth", 4);
         if (options_.truths.occlusion)
@@ -214,8 +236,8 @@ class SceneFrames {
 
     RoleImages role_images() const {
         RoleImages roles;
-        for (const char* name : {"colour", "depth", "normal", "velocity", "next_velocity"})
-            roles[name] = image(name);
+        for (const auto& [name, image] : images_)
+            roles[name] = image.image();
         roles["normals"] = image("normal");
         return roles;
     }
@@ -241,9 +263,13 @@ class SceneFrames {
         if (result)
             if (auto read = read_pass(frame, "colour", *result); !read)
                 return read.error();
-        for (const auto& [name, image] : runner_->extras())
-            if (auto read = read_pass(frame, name, *image); !read)
+        for (const auto& [name, extra] : runner_->extras()) {
+            if (auto read = read_pass(frame, name, *extra.image); !read)
                 return read.error();
+            RenderedPass& pass = frame.passes[name];
+            for (uint32_t c = 0; c < extra.role->components; ++c)
+                pass.channels.push_back(extra_channel(name, *extra.role, c));
+        }
         return frame;
     }
 
@@ -258,12 +284,18 @@ class SceneFrames {
     std::map<std::string, apps::HostImage> images_;
 };
 
-Result<void> write_png(const RenderedFrame& frame, const std::filesystem::path& path,
+Result<void> write_png(const RenderedFrame& frame, const std::filesystem::path& path, const EffectChain& chain,
                        const RenderCommandOptions& options) {
     // A picture holds one thing: the truth, if it was asked for and nothing else stands in its place.
-    const RenderedPass& pass = frame.passes.at(options.truths.occlusion        ? "true_visibility"
-                                               : options.truths.sub_frames > 0 ? "truth"
-                                                                               : "colour");
+    std::string shown = options.truths.occlusion        ? "true_visibility"
+                        : options.truths.sub_frames > 0 ? "truth"
+                                                        : "colour";
+    // An effect that leaves the picture alone has made something else to look at.
+    if (!chain.empty() && !writes_colour(chain))
+        for (const auto& [name, pass] : frame.passes)
+            if (pass.channels.size() == 1)
+                shown = name;
+    const RenderedPass& pass = frame.passes.at(shown);
     std::vector<std::vector<float>> planes(3, std::vector<float>(pass.values.size() / pass.components));
     for (size_t c = 0; c < 3; ++c)
         for (size_t i = 0; i < planes[c].size(); ++i)
@@ -279,7 +311,7 @@ Result<void> write_rendered(const RenderedFrame& frame, const std::filesystem::p
     if (auto made = make_parent_folder(path); !made)
         return made;
     if (options.output.ends_with(".png"))
-        return write_png(frame, path, options);
+        return write_png(frame, path, chain, options);
     media::ExrImage image = rendered_image(frame, options.full_float);
     add_provenance(image.parts.front(), chain, invocation.command_line);
     image.parts.front().set_string_attribute("sfumato/scene", options.scene);
@@ -298,7 +330,11 @@ Outcome render_all(const std::vector<media::SequenceFrame>& frames, SceneFrames&
     nlohmann::ordered_json json = {{"scene", options.scene}, {"device", source.device_name()}};
     for (size_t i = 0; i < frames.size() && !interrupted; ++i) {
         const bool restarts = i > 0 && frames[i].frame != frames[i - 1].frame + 1;
-        auto frame = source.render(frames[i].frame, restarts);
+        const int start = i == 0 || restarts ? std::max(frames[i].frame - options.preroll, 0) : frames[i].frame;
+        for (int before = start; before < frames[i].frame; ++before)
+            if (auto rendered = source.render(before, restarts && before == start); !rendered)
+                return rendered.error();
+        auto frame = source.render(frames[i].frame, restarts && start == frames[i].frame);
         if (!frame)
             return frame.error();
         if (auto written = write_rendered(*frame, frames[i].path, chain, options, invocation); !written)
@@ -336,9 +372,17 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
         return usage_error("--preset, --set and --config are for effects; name them with --effects");
     if (*format == "png" && truths->occlusion + (truths->sub_frames > 0) + has_effects > 1)
         return usage_error("a PNG holds one picture: write .exr, or render effects and truths apart");
+    if (!has_effects && !options.outputs.empty())
+        return usage_error("--outputs is for effects; name them with --effects");
     auto chain = has_effects ? make_chain(options.chain) : Result<EffectChain>(EffectChain{});
     if (!chain)
         return chain.error();
+    if (auto chosen = has_effects ? choose_outputs(*chain, options.outputs) : Result<void>{}; !chosen)
+        return chosen.error();
+    if (*format == "png" && has_effects && !writes_colour(*chain) && !writes_plane(*chain))
+        return usage_error("a PNG holds colour or visibility, and --outputs names neither; write .exr");
+    if (auto completed = complete_truth(options.truths, options, *chain); !completed)
+        return completed.error();
     auto frames = choose_frames(options, **scene);
     if (!frames)
         return frames.error();
@@ -372,18 +416,23 @@ Command make_render(CLI::App& app) {
     add_text(
         app, "--truth", options->truth,
         "Add ground truth: N, for motion blur as the mean of N sub-frames; ambient-occlusion; or N,ambient-occlusion");
-    app.add_option("--truth-radius", options->truth_radius, "Length of the rays of true occlusion, metres")
-        ->check(CLI::Range(1e-3, 1e6))
-        ->capture_default_str();
+    app.add_option("--truth-radius", options->truth_radius,
+                   "Length of the rays of true occlusion, metres (default: the effect's, or 1.5)")
+        ->check(CLI::Range(1e-3, 1e6));
     app.add_option("--truth-falloff", options->truth_falloff,
-                   "What a hit takes away by its distance: hard, linear, quadratic, sao, contact, wide")
-        ->capture_default_str();
+                   "What a hit takes away by its distance: hard, linear, quadratic, sao, contact, wide (default: the "
+                   "effect's, or hard)");
     app.add_option("--truth-rays", options->truth_rays, "Rays a pixel of true occlusion")
         ->check(CLI::Range(1, 65536))
         ->type_name("N")
         ->capture_default_str();
     app.add_option("--samples", options->samples, "Samples a side of each pixel")
         ->check(CLI::Range(1, 8))
+        ->type_name("N");
+    add_text(app, "--outputs", options->outputs,
+             "What effects add: colour, visibility, bent_normal, soft_shadow (default: what they are for)");
+    app.add_option("--preroll", options->preroll, "Frames to run before the first, for effects with history")
+        ->check(CLI::Range(0, 1000))
         ->type_name("N");
     app.add_flag("--passes", options->all_passes,
                  "Add direct and ambient light, shadow, and the colour before effects");

@@ -29,6 +29,15 @@ void add_matrix(media::ExrPart& part, const char* name, const Matrix4& matrix) {
     part.attributes.push_back(std::move(attribute));
 }
 
+// The name of a truth, which has that of an effect's result unless that is there as well.
+std::string beside(const RenderedFrame& frame, const std::string& name) {
+    return frame.passes.contains("AO") ? "truth." + name : name;
+}
+
+std::vector<std::string> of_vector(const std::string& name) {
+    return {name + ".X", name + ".Y", name + ".Z"};
+}
+
 // The standard attributes: worldToCamera is left-handed, +Z forward; worldToNDC goes to 0…1, y down.
 void add_camera(media::ExrPart& part, const Camera& camera) {
     Matrix4 to_camera = camera.world_to_view;
@@ -67,10 +76,12 @@ media::ExrImage rendered_image(const RenderedFrame& frame, bool full_float) {
             add_channels(part, pass, {"sfumato_velocity.X", "sfumato_velocity.Y"}, PixelType::float32);
         else if (name == "next_velocity")
             add_channels(part, pass, {"sfumato_velocity.Z", "sfumato_velocity.W"}, PixelType::float32);
+        else if (!pass.channels.empty())
+            add_channels(part, pass, pass.channels, PixelType::float32);
         else if (name == "true_visibility")
-            add_channels(part, pass, {"AO"}, PixelType::float32);
+            add_channels(part, pass, {beside(frame, "AO")}, PixelType::float32);
         else if (name == "true_bent_normal")
-            add_channels(part, pass, {"bent_normal.X", "bent_normal.Y", "bent_normal.Z"}, PixelType::half);
+            add_channels(part, pass, of_vector(beside(frame, "bent_normal")), PixelType::half);
         else if (pass.components == 1)
             add_channels(part, pass, {name}, colour_type);
         else

@@ -16,6 +16,7 @@ namespace sfumato::cli {
 struct RenderedPass {
     uint32_t components = 0;
     std::vector<float> values;
+    std::vector<std::string> channels = {}; // what an effect's result is called
 };
 
 struct RenderedFrame {
@@ -27,7 +28,8 @@ struct RenderedFrame {
 };
 
 // The passes that are there as channels: R G B A, Z, N.X N.Y N.Z, sfumato_velocity.X Y Z W, and layers by their names;
-// true visibility as AO, true bent normals as bent_normal.X Y Z.
+// true visibility as AO, true bent normals as bent_normal.X Y Z, both within the layer `truth` if an effect has made
+// AO.
 media::ExrImage rendered_image(const RenderedFrame& frame, bool full_float);
 
 } // namespace sfumato::cli

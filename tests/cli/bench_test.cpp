@@ -174,6 +174,63 @@ TEST_F(Bench, ReadsFramesFromFiles) {
     EXPECT_EQ(json::parse(times.out)["rows"][0]["width"], 100);
 }
 
+TEST_F(Bench, ScoresOcclusionByRootMeanSquareError) {
+    const std::string common = "quality --effect ambient-occlusion --scene contact --size 96x54 --rays 64 --preset ";
+    const Finished finished = run(common + "high,hbao-crease,soma --preroll 3 --json -");
+    ASSERT_EQ(finished.exit_code, 0) << finished.error;
+    const json rows = json::parse(finished.out)["rows"];
+    ASSERT_EQ(rows.size(), 7u); // do nothing, two presets and the ceiling; the same with the crease's radius
+    EXPECT_EQ(rows[1]["preset"], "high");
+    EXPECT_LT(rows[1]["rmse"].get<double>(), rows[0]["rmse"].get<double>());
+    EXPECT_LT(rows[3]["rmse"].get<double>(), rows[1]["rmse"].get<double>());
+    EXPECT_GT(rows[0]["bias_occluded"].get<double>(), 0.0);
+    EXPECT_EQ(rows[5]["truth"], "radius 0.3");
+    // Another falloff of the truth is another truth.
+    const Finished own = run(common + "hbao --truth-falloff own --json -");
+    ASSERT_EQ(own.exit_code, 0) << own.error;
+    EXPECT_EQ(json::parse(own.out)["rows"][0]["truth"], "quadratic");
+    expect_failure(common + "high --truth-falloff square", 2, "hard, linear, quadratic");
+    expect_failure(common + "high --with colors", 2, "colors");
+}
+
+TEST_F(Bench, FilesTellTheirCameraAndRadius) {
+    const auto write = [&](const std::string& name, bool camera, float radius) {
+        std::ofstream file(path(name), std::ios::binary);
+        file << "SFRAW1\ncolour 8 4 3 float32 little-endian\ndepth 8 4 1 float32 little-endian\n"
+             << "true_visibility 8 4 1 float32 little-endian\ntruth_radius 1 1 1 float32 little-endian\n";
+        if (camera)
+            file << "world_to_view 4 4 1 float32 little-endian\nprojection 4 4 1 float32 little-endian\n";
+        file << "\n";
+        const auto put = [&](float v) { file.write(reinterpret_cast<const char*>(&v), sizeof v); };
+        for (int i = 0; i < 96; ++i)
+            put(0.5f);
+        for (int i = 0; i < 32; ++i)
+            put(4.0f);
+        for (int i = 0; i < 32; ++i)
+            put(1.0f);
+        put(radius);
+        if (!camera)
+            return;
+        for (int i = 0; i < 16; ++i)
+            put(i % 5 == 0 ? 1.0f : 0.0f);
+        for (const float v :
+             {1.0f, 0.0f, 0.0f, 0.0f, 0.0f, -2.0f, 0.0f, 0.0f, 0.0f, 0.0f, -1.0f, -0.1f, 0.0f, 0.0f, -1.0f, 0.0f})
+            put(v);
+    };
+    const std::string common = "quality --effect ambient-occlusion --scene none --no-ssim --preset low,hbao-crease "
+                               "--json - --input-raw ";
+    write("wall.raw", true, 1.5f);
+    const Finished wall = run(common + path("wall.raw"));
+    ASSERT_EQ(wall.exit_code, 0) << wall.error;
+    const json rows = json::parse(wall.out)["rows"];
+    ASSERT_EQ(rows.size(), 2u); // the crease wants another radius than the file's truth has
+    EXPECT_LT(rows[1]["rmse"].get<double>(), 0.01);
+    write("blind.raw", false, 1.5f);
+    expect_failure(common + path("blind.raw"), 3, "camera");
+    write("wide.raw", true, 7.0f);
+    expect_failure(common + path("wide.raw"), 3, "radius of 7");
+}
+
 TEST_F(Bench, RefusesBrokenFiles) {
     write_raw("good.raw");
     const std::string whole = text_of(path("good.raw"));

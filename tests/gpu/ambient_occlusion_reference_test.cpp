@@ -5,6 +5,7 @@
 // twelve taps that sum up to 1.6. So all but a few pixels in a thousand agree within 1/255. The bitmask rounds to 32
 // sectors, and a face within 3e-4 radians (the device's arc cosine) of a sector's border moves that sector: 1/128 with
 // four slices.
+#include "effects/ambient_occlusion/ambient_occlusion_plan.h"
 #include "tests/gpu/ambient_occlusion_support.h"
 #include "tests/reference/soma_listings.h"
 
@@ -101,6 +102,9 @@ class AmbientOcclusionEstimate : public GpuTest, public testing::WithParamInterf
 TEST_P(AmbientOcclusionEstimate, Matches) {
     AmbientOcclusionParameters p = plain_parameters();
     GetParam().set(p);
+    // Calibrated, one tap that snaps to another texel would weigh up to half of everything.
+    if (p.estimator == OcclusionEstimator::obscurance && p.normalisation == OcclusionNormalisation::calibrated)
+        p.intensity *= 1.6f / occlusion_calibration(p);
     const OcclusionSignal expected = reference_of(columns(), p).estimates();
     const OcclusionSignal got = shown_signal(columns(), p, OcclusionView::estimate);
     const bool bitmask = p.estimator == OcclusionEstimator::horizon && p.measure == HorizonMeasure::bitmask;
@@ -384,8 +388,9 @@ TEST_F(AmbientOcclusionStage, Upsample) {
         const auto reference = reference_of(columns(), p);
         const OcclusionSignal expected = reference.upsampled(shown_signal(columns(), p, OcclusionView::estimate));
         const Deviation d = difference(expected, signal_of(occlude(columns(), p), reference), step);
-        // Two taps alike in depth to eleven bits: either may stand for all.
-        EXPECT_LT(d.share_beyond, 0.004) << static_cast<int>(kind) << ": largest " << d.largest * 255 << "/255";
+        // Two taps alike in depth to eleven bits: either may stand for all, which `relative` lets them do more often.
+        EXPECT_LT(d.share_beyond, kind == OcclusionUpsample::relative ? 0.006 : 0.004)
+            << static_cast<int>(kind) << ": largest " << d.largest * 255 << "/255";
     }
 }
 

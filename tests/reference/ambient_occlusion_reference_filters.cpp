@@ -45,12 +45,13 @@ OcclusionSignal AmbientOcclusionReference::filtered_along(const OcclusionSignal&
         for (int x = 0; x < signal.width; ++x) {
             const OcclusionTexel& here = signal.at(x, y);
             const double w = planar(here.z);
-            // The slope: the smaller of the two one-sided differences of planar depth, of equal ones the second. At the
-            // border the texel itself stands for its neighbour.
+            // The slope: the smaller of the two one-sided differences of planar depth, of equal ones the second. Off
+            // the image there is none.
             double slope = 0.0, smallest = sky;
             for (const int sign : {-1, 1}) {
-                const int qx = std::clamp(x + sign * dx, 0, signal.width - 1);
-                const int qy = std::clamp(y + sign * dy, 0, signal.height - 1);
+                const int qx = x + sign * dx, qy = y + sign * dy;
+                if (!signal.contains(qx, qy))
+                    continue;
                 const double difference = sign * (planar(signal.at(qx, qy).z) - w);
                 if (p.filter_slope && here.z < sky && signal.at(qx, qy).z < sky && std::fabs(difference) <= smallest) {
                     smallest = std::fabs(difference);
@@ -201,7 +202,7 @@ std::array<double, 4> upsample_weights(OcclusionUpsample kind, double part_x, do
             weights[i] = bilinear + std::max(0.00001, 0.1 - 0.1 * differences[i]) * 30.0;
             break;
         case OcclusionUpsample::relative:
-            weights[i] = bilinear * std::exp2(-differences[i] * differences[i]);
+            weights[i] = bilinear * std::pow(std::max(0.0, 1.0 - 0.5 * differences[i]), 2.0);
             break;
         }
     }

@@ -255,6 +255,7 @@ void add_finish(Planner& planner, const Setup& s, Pass& pass, bool is_last) {
     pass.specialization.push_back(static_cast<uint32_t>(s.parameters.application));
     pass.specialization.push_back(has_output);
     pass.specialization.push_back(bool(i.soft_shadow));
+    pass.specialization.push_back(s.parameters.debug_view == OcclusionView::history_weight);
 }
 
 struct FilterPass {

@@ -44,8 +44,8 @@ Signal unpack_signal(uvec2 code) {
 
 // The middle of a pixel of the border that is there for taps alone.
 bool in_guard_band(vec2 pixel) {
-    return any(lessThan(pixel, vec2(constants.guard_band))) ||
-           any(greaterThan(pixel, constants.size - constants.guard_band));
+    return constants.guard_band > 0.0 && (any(lessThan(pixel, vec2(constants.guard_band))) ||
+                                          any(greaterThan(pixel, constants.size - constants.guard_band)));
 }
 
 ivec2 scaled(ivec2 pixel, vec2 ratio) { return ivec2((vec2(pixel) + 0.5) * ratio); }

@@ -35,11 +35,6 @@ layout(set = 0, binding = 5) uniform writeonly image2D bent_image;
 const float pi = 3.14159265358979;
 const float working_pixel = half_resolution ? 2.0 : 1.0; // in pixels of the full resolution
 
-// Conversions between floats and integers run at an eighth of the rate of other arithmetic on many GPUs. Added to 2^23,
-// a float has its whole part in its lowest bits.
-const float whole = 8388608.0;
-const int whole_bits = 0x4b000000;
-
 // The full-resolution pixel, at its middle, that a texel of the finest level was taken from.
 vec2 pixel_of(ivec2 q, float z) { return vec2(half_resolution ? 2 * q + choice_of(z) : q) + 0.5; }
 
@@ -114,8 +109,11 @@ Centre make_centre(ivec2 p, float z) {
         found = squared > 0.01 && is_finite(squared);
         c.n *= inversesqrt(max(squared, 0.01));
     }
-    if (!found)
+    // Deriving them takes so many registers that having it at hand costs a third of the time: not for single pixels.
+    if (normal_encoding == 0)
         c.n = derived_normal(p, pixel, position);
+    else if (!found)
+        c.n = c.v;
     // Interpolated normals may face away at silhouettes.
     const float facing = dot(c.n, c.v);
     if (facing < 0.01)
@@ -145,26 +143,28 @@ struct Aim {
 // At `at` (texels of the finest level), from the level that suits a tap so many texels away.
 Aim aim(vec2 at, float away) {
     Aim a;
-    const ivec2 bits = floatBitsToInt(at + (whole - 0.5)); // rounds half a pixel less, which is floor
-    const ivec2 base = bits - whole_bits;
-    a.on_screen = all(lessThan(uvec2(base), uvec2(constants.working_size)));
+    const ivec2 base = ivec2(floor(at));
+    a.on_screen = all(greaterThanEqual(at, vec2(0))) && all(lessThan(at, constants.size / working_pixel));
     a.level = 0;
     if (mip_mode != 0)
         a.level = clamp((floatBitsToInt(away * constants.mip_scale) >> 23) - 127, 0, last_mip);
     a.texel = a.on_screen ? base >> a.level : ivec2(0);
-    if (mip_mode == 1)
+    if (mip_mode == 1) {
         a.exact = vec2(rotated_base(a.texel, a.level));
-    else if (mip_mode == 2)
-        a.exact = a.level > 0 ? (vec2(a.texel) + 0.5) * float(1 << a.level) - 0.5 : vec2(a.texel);
-    else
-        a.exact = intBitsToFloat((bits & (-1 << a.level)) | ((1 << a.level) >> 1)) - whole;
+    } else if (mip_mode == 2) {
+        // The middle of a block that was averaged; a texel of half resolution is the middle of four pixels.
+        const float shift = half_resolution ? 0.25 : 0.0;
+        a.exact = a.level > 0 ? (vec2(a.texel) + 0.5) * float(1 << a.level) - 0.5 + shift : vec2(a.texel);
+    } else {
+        a.exact = vec2((base & (-1 << a.level)) | ((1 << a.level) >> 1));
+    }
     return a;
 }
 
 // The way from the centre to what was found at depth z; very long for sky.
 vec3 way_to(Centre c, Aim a, float z) {
     vec2 ray = a.exact * c.ray_scale + c.ray_offset;
-    if (half_resolution && mip_mode != 2)
+    if (half_resolution && (mip_mode != 2 || a.level == 0))
         ray += vec2(choice_of(z)) * constants.pixel_to_view.xy;
     return vec3((perspective ? ray * z : ray) - c.p.xy, -z - c.p.z);
 }

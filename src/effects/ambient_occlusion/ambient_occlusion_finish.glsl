@@ -3,6 +3,7 @@
 layout(constant_id = 20) const uint application = 0; // none, ambient, everything
 layout(constant_id = 21) const bool has_output = false;
 layout(constant_id = 22) const bool has_soft_shadow = false;
+layout(constant_id = 23) const bool shows_shadow = false; // a debug view travels there
 
 layout(set = 0, binding = 8) uniform sampler2D colour_image;
 layout(set = 0, binding = 9) uniform sampler2D ambient_image;
@@ -11,7 +12,7 @@ layout(set = 0, binding = 11) uniform writeonly image2D soft_shadow_image;
 layout(set = 0, binding = 12) uniform writeonly image2D output_image;
 
 void finish(ivec2 pixel, float raw_visibility, float shadow) {
-    const float clamped = clamp(raw_visibility, 0.0, 1.0);
+    const float clamped = clamp(shows_shadow ? shadow : raw_visibility, 0.0, 1.0);
     const float visibility = constants.power == 1.0 ? clamped : pow(clamped, constants.power);
     imageStore(visibility_image, pixel, vec4(visibility, 0, 0, 1));
     if (has_soft_shadow)

@@ -25,10 +25,10 @@ struct Slice {
     float weight; // length of the normal's projection
 };
 
-// 0.01 radians at worst: an error of 0.005 in S.
+// 3e-4 radians at worst (Abramowitz and Stegun 4.4.45).
 float arc_cosine(float x) {
     const float a = min(abs(x), 1.0);
-    const float b = (1.5707963 - 0.1565827 * a) * sqrt(1.0 - a);
+    const float b = sqrt(1.0 - a) * (1.5707288 + a * (-0.2121144 + a * (0.0742610 - 0.0187293 * a)));
     return x >= 0.0 ? b : pi - b;
 }
 
@@ -91,7 +91,7 @@ void add_tap(Centre c, Slice s, Side side, vec3 d, inout float horizon, inout Fo
         const float front = sky_until(s, side, direction) * side.way;
         const float back = (endless ? side.sky : sky_until(s, side, direction - vec2(0, constants.thickness))) * side.way;
         const vec2 range = (side.way > 0.0 ? vec2(front, back) : vec2(back, front)) + s.left.sky;
-        const uvec2 bits = min(floatBitsToUint(max(range * scale, vec2(0)) + whole) - uint(whole_bits), uvec2(32));
+        const uvec2 bits = uvec2(clamp(range * scale + 0.5, 0.0, 32.0));
         const uint sectors = bits.y > bits.x ? bitfieldInsert(0u, ~0u, int(bits.x), int(bits.y - bits.x)) : 0u;
         if (falloff_kind != 0 || want_bent_normal || test_occluders) {
             share = float(bitCount(sectors & ~found.hidden_sectors)) * weight;

@@ -229,8 +229,8 @@ constexpr ImageRole roles[] = {
     {"depth", "linear view depth or device depth, as Frame::depth_kind says", ImageUse::input, 1, false,
      image<&I::depth>},
     {"normal",
-     "unit vectors in three channels, or octahedral in two; formats without sign hold n/2 + 1/2; derived from depth "
-     "where not finite",
+     "unit vectors in three channels, or octahedral in two; formats without sign hold n/2 + 1/2; where "
+     "not finite, the direction to the eye stands for them",
      ImageUse::optional_input, 2, false, image<&I::normal>},
     {"velocity", "pixels per frame, current minus previous, +x right, +y down; NaN where unknown",
      ImageUse::optional_input, 2, true, image<&I::velocity>},

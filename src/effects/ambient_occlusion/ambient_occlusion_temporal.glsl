@@ -70,7 +70,7 @@ Signal blended(ivec2 p, Signal s) {
         s.visibility = mix(old.visibility, s.visibility, share);
         s.shadow = mix(old.shadow, s.shadow, share);
     }
-    if (shows_weight)
-        s.visibility = share;
+    if (shows_weight) // in the place of the shadow: the history of what is shown stays what it is
+        s.shadow = share;
     return s;
 }
