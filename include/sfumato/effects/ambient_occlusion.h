@@ -39,7 +39,7 @@ struct AmbientOcclusionParameters {
     int slices = 2;
     int steps = 8;
     float step_power = 1.0f;
-    float thickness = 0.67f;
+    float thickness = 0.5f;
     TapPattern pattern = TapPattern::spiral;
     int taps = 9;
     float bias = 0.02f;
@@ -59,7 +59,7 @@ struct AmbientOcclusionParameters {
     NormalSpace normal_space = NormalSpace::view;
     int guard_band = 0;
 
-    int filter_radius = 2;
+    int filter_radius = 4;
     int filter_step = 1;
     float filter_sigma = 2.5f;
     DepthWeight filter_weight = DepthWeight::tent;

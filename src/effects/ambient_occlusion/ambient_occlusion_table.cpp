@@ -155,10 +155,12 @@ constexpr PresetOverride hbao[] = {
     {"filter_radius", "7"}, {"filter_sigma", "4"},    {"full_resolution_filter", "true"},
 };
 constexpr PresetOverride hbao_16x16[] = {
-    {"measure", "hbao"}, {"falloff", "quadratic"}, {"slices", "8"}, {"steps", "16"}, {"bias", "0.17"},
+    {"measure", "hbao"}, {"falloff", "quadratic"}, {"slices", "8"},         {"steps", "16"},
+    {"bias", "0.17"},    {"filter_radius", "2"},   {"filter_sigma", "1.7"},
 };
 constexpr PresetOverride hbao_16x64[] = {
-    {"measure", "hbao"}, {"falloff", "quadratic"}, {"slices", "8"}, {"steps", "64"}, {"bias", "0.17"},
+    {"measure", "hbao"}, {"falloff", "quadratic"}, {"slices", "8"},         {"steps", "64"},
+    {"bias", "0.17"},    {"filter_radius", "2"},   {"filter_sigma", "1.7"},
 };
 // SOMA: lengths are 1.5 m, 2 cm, 9 a metre and 10 cm.
 constexpr PresetOverride soma[] = {
@@ -198,7 +200,12 @@ constexpr PresetOverride soma_spatial[] = {
 constexpr PresetOverride low[] = {{"resolution", "half"}, {"slices", "1"}, {"steps", "4"}};
 constexpr PresetOverride medium[] = {{"resolution", "half"}, {"slices", "1"}, {"steps", "8"}};
 constexpr PresetOverride high[] = {{"resolution", "half"}, {"slices", "2"}, {"steps", "8"}};
-constexpr PresetOverride ultra[] = {{"slices", "4"}, {"steps", "16"}};
+constexpr PresetOverride ultra[] = {
+    {"slices", "4"},
+    {"steps", "16"},
+    {"filter_radius", "2"},
+    {"filter_sigma", "1.7"},
+};
 
 constexpr Preset presets[] = {
     {"current-gen",
