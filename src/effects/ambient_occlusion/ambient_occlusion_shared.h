@@ -50,7 +50,7 @@ struct AmbientOcclusionConstants {
     float history_least;
     float history_length;
     float upsample_scale; // 1 / the tolerated difference of depth
-    float upsample_limit;
+    float padding_1;
     float padding_0;
 };
 
