@@ -4,6 +4,7 @@
 #include "core/matrix.h"
 #include "effects/ambient_occlusion/ambient_occlusion_plan.h"
 #include "effects/ambient_occlusion/ambient_occlusion_shared.h"
+#include "effects/plan_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,16 +20,8 @@ namespace shader = shaders::ambient_occlusion;
 constexpr uint32_t pyramid_levels = 6;
 constexpr uint32_t pyramid_tile = 32; // texels of the finest level that a workgroup turns into all levels
 
-Access read(ResourceId resource) {
-    return {resource, AccessKind::fetch, 0, false};
-}
 Access write(ResourceId resource, uint32_t mip = 0) {
     return {resource, AccessKind::write, mip, false};
-}
-
-gpu::vec2 ratio(const Image& image, Extent extent) {
-    return {static_cast<float>(image.extent.width) / static_cast<float>(extent.width),
-            static_cast<float>(image.extent.height) / static_cast<float>(extent.height)};
 }
 
 // View x and y = (pixel * xy + zw) times depth, for a perspective projection; without depth for an orthographic one.

@@ -3,6 +3,7 @@
 
 #include "core/matrix.h"
 #include "effects/motion_blur/motion_blur_shared.h"
+#include "effects/plan_parts.h"
 #include "shaders/motion_blur.h"
 
 #include <algorithm>
@@ -77,12 +78,6 @@ struct Setup {
     }
 };
 
-// The size of an input to the colour's; inputs may have any.
-gpu::vec2 ratio(const Image& image, Extent extent) {
-    return {static_cast<float>(image.extent.width) / static_cast<float>(extent.width),
-            static_cast<float>(image.extent.height) / static_cast<float>(extent.height)};
-}
-
 gpu::vec4 layer_scale(const Image& image, Extent extent, float strength) {
     if (!image)
         return {};
@@ -146,9 +141,6 @@ void set_iteration(Setup& s, int iteration) {
     s.constants.iteration = static_cast<float>(iteration);
 }
 
-Access read(ResourceId resource) {
-    return {resource, AccessKind::fetch, 0, false};
-}
 Access write(ResourceId resource, bool disjoint = false) {
     return {resource, AccessKind::write, 0, disjoint};
 }
