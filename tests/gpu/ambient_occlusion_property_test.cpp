@@ -84,7 +84,7 @@ TEST_P(AmbientOcclusionMethod, PlanesAreOpen) {
 
 // With the pyramid at its coarsest, and with 16 bits of depth and the bias that those need.
 TEST_P(AmbientOcclusionMethod, PlanesAreOpenAtAnyMip) {
-    for (const DepthMips mips : {DepthMips::none, DepthMips::rotated, DepthMips::farthest})
+    for (const DepthMips mips : {DepthMips::none, DepthMips::rotated, DepthMips::farthest, DepthMips::centre})
         for (const DepthStorage storage : {DepthStorage::full, DepthStorage::half})
             for (const OcclusionResolution resolution : {OcclusionResolution::full, OcclusionResolution::half})
                 for (const Tilt& tilt : {tilts[1], tilts[3]}) {
@@ -92,7 +92,7 @@ TEST_P(AmbientOcclusionMethod, PlanesAreOpenAtAnyMip) {
                     p.depth_mips = mips;
                     p.depth_storage = storage;
                     p.resolution = resolution;
-                    p.mip_rate = mips == DepthMips::rotated ? 0.0f : 3.0f;
+                    p.mip_rate = mips == DepthMips::rotated || mips == DepthMips::centre ? 0.0f : 3.0f;
                     if (storage == DepthStorage::half) {
                         p.depth_bias = 0.001f;
                         p.bias = 0.1f;
@@ -286,7 +286,7 @@ TEST_P(AmbientOcclusionMethod, SkyIsOpenAndHidesNothing) {
     const OcclusionInput floor = plane_input(frame, extent, {0, 1, 0}, 1.5); // its horizon and sky above
     for (const float value : {1e10f, INFINITY, NAN, 3e38f})
         for (const DepthStorage storage : {DepthStorage::full, DepthStorage::half})
-            for (const DepthMips mips : {DepthMips::none, DepthMips::rotated, DepthMips::farthest}) {
+            for (const DepthMips mips : {DepthMips::none, DepthMips::rotated, DepthMips::farthest, DepthMips::centre}) {
                 OcclusionInput input = floor;
                 for (float& z : input.depth.values)
                     z = z >= 1e9f ? value : z;
