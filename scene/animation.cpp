@@ -23,11 +23,9 @@ std::pair<double, double> depth_elements(const Lens& lens, bool orthographic) {
     return {0.0, n};
 }
 
-Matrix4 projection(const CameraMotion& motion, Extent extent) {
-    const Lens& lens = motion.lens;
+Matrix4 projection(double view_angle, const Lens& lens, Extent extent) {
     const bool orthographic = lens.orthographic_height > 0.0;
-    const double focal =
-        orthographic ? 2.0 / lens.orthographic_height : 1.0 / std::tan(radians(motion.view_angle) / 2.0);
+    const double focal = orthographic ? 2.0 / lens.orthographic_height : 1.0 / std::tan(radians(view_angle) / 2.0);
     const double aspect = static_cast<double>(extent.width) / extent.height;
     const auto [scale, offset] = depth_elements(lens, orthographic);
     // Perspective divides by -z, so that the third column shifts; orthographic shifts by the fourth.
@@ -59,13 +57,22 @@ Pose pose_at(const Motion& motion, double time) {
     return {r.x.x, r.x.y, r.x.z, p.x, r.y.x, r.y.y, r.y.z, p.y, r.z.x, r.z.y, r.z.z, p.z};
 }
 
-Camera camera(const Scene& scene, double frame, Extent extent) {
+View view_at(const Scene& scene, double frame) {
+    if (scene.camera_path)
+        return scene.camera_path(frame);
     const CameraMotion& motion = scene.camera;
     const double time = frame - scene.info.key_frame;
-    const Vec3 eye = motion.eye + motion.eye_velocity * time;
-    const Vec3 target = motion.target + motion.target_velocity * time;
-    const Vec3 forward = rotation({0, 1, 0}, motion.pan * time) * normalised(target - eye);
-    const Vec3 right = normalised(cross(forward, {0, 1, 0}));
+    View view;
+    view.eye = motion.eye + motion.eye_velocity * time;
+    const Vec3 ahead = motion.target + motion.target_velocity * time - view.eye;
+    view.forward = rotation({0, 1, 0}, motion.pan * time) * normalised(ahead);
+    view.view_angle = motion.view_angle;
+    return view;
+}
+
+Camera camera_of(const View& view, const Lens& lens, Extent extent) {
+    const Vec3 forward = normalised(view.forward);
+    const Vec3 right = normalised(cross(forward, view.up));
     const Vec3 up = cross(right, forward);
     const Vec3 back = forward * -1.0;
 
@@ -74,13 +81,17 @@ Camera camera(const Scene& scene, double frame, Extent extent) {
         result.world_to_view[row] = static_cast<float>(axis.x);
         result.world_to_view[4 + row] = static_cast<float>(axis.y);
         result.world_to_view[8 + row] = static_cast<float>(axis.z);
-        result.world_to_view[12 + row] = static_cast<float>(-dot(axis, eye));
+        result.world_to_view[12 + row] = static_cast<float>(-dot(axis, view.eye));
     };
     set_row(0, right);
     set_row(1, up);
     set_row(2, back);
-    result.projection = projection(motion, extent);
+    result.projection = projection(view.view_angle, lens, extent);
     return result;
+}
+
+Camera camera(const Scene& scene, double frame, Extent extent) {
+    return camera_of(view_at(scene, frame), scene.camera.lens, extent);
 }
 
 Frame frame_facts(const Scene& scene, int frame, Extent extent) {

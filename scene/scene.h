@@ -7,6 +7,7 @@
 #include "sfumato/plan.h"
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -104,6 +105,20 @@ struct CameraMotion {
     Lens lens = {};
 };
 
+// Where a camera stands at a moment and where it looks.
+struct View {
+    Vec3 eye = {};
+    Vec3 forward = {0, 0, -1}; // need not be normalised
+    Vec3 up = {0, 1, 0};       // not along it
+    double view_angle = 40.0;  // vertical, degrees
+};
+
+// The view at a time in frames: asked for the frame, the ones before and after, and moments between them.
+using CameraPath = std::function<View(double frame)>;
+
+// The projection and pose of a view. Of the lens, the depth range, the shift and the orthographic height count.
+Camera camera_of(const View& view, const Lens& lens, Extent extent);
+
 struct Light {
     Vec3 to_sun = {0.4, 0.8, 0.5}; // need not be normalised
     Vec3 sun = {1.15, 1.05, 0.9};
@@ -127,6 +142,7 @@ struct SceneInfo {
 struct Scene {
     SceneInfo info;
     CameraMotion camera;
+    CameraPath camera_path = {}; // where present, in place of the motion in `camera`, whose lens stays
     Light light;
     std::vector<Material> materials;
     std::vector<Primitive> primitives;
@@ -144,6 +160,9 @@ const Scene* find_scene(std::string_view name); // nullptr if there is none
 // The upper three rows of the matrix from local to world space, row by row.
 using Pose = std::array<double, 12>;
 Pose pose_at(const Motion& motion, double time);
+
+// The path's view, or that of the scene's own camera.
+View view_at(const Scene& scene, double frame);
 
 // Times are in frames: 12.25 is a quarter of a frame after frame 12. The projection is the one that scene.camera.lens
 // asks for.

@@ -71,8 +71,7 @@ void set_camera(SceneConstants& constants, const Scene& scene, double frame, Ext
     constants.view = mat4_of(now.world_to_view);
     constants.previous_view = mat4_of(previous.world_to_view);
     constants.next_view = mat4_of(next.world_to_view);
-    const double time = frame - scene.info.key_frame;
-    constants.eye = vec4_of(scene.camera.eye + scene.camera.eye_velocity * time);
+    constants.eye = vec4_of(view_at(scene, frame).eye);
     constants.lens = {1.0f / now.projection[0], -1.0f / now.projection[5], static_cast<float>(extent.width),
                       static_cast<float>(extent.height)};
     const Lens& lens = scene.camera.lens;
