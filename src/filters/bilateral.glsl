@@ -3,8 +3,9 @@
 #ifndef BILATERAL_GLSL
 #define BILATERAL_GLSL
 
-// Stands for the planar depth of sky and of what is off the image: it differs from everything by more than any limit.
-const float no_planar = -1e30;
+// Stands for the planar depth of sky and of what is off the image, in full and in half precision: it differs from
+// everything by more than any limit.
+const float wide_no_planar = -1.2676506002282294e30; // -2^100: its lowest bits may carry something else
 
 // `bell` is the share by distance in the image; `difference` that of depth in units of what counts as an edge.
 float bilateral_weight(float bell, float difference, uint kind) {
@@ -17,10 +18,10 @@ float bilateral_weight(float bell, float difference, uint kind) {
 
 // The slope that continues best: the smaller of the two one-sided differences, so that an edge on one side is not taken
 // for one.
-float continued_slope(float before, float centre, float after) {
+float continued_slope(float before, float centre, float after, float no_planar) {
     const float a = centre - before, b = after - centre;
     const float slope = abs(a) < abs(b) ? a : b;
-    return abs(slope) < 1e29 ? slope : 0.0;
+    return abs(slope) < -0.5 * no_planar ? slope : 0.0;
 }
 
 #endif

@@ -414,6 +414,36 @@ TEST_F(AmbientOcclusionProperty, BentNormals) {
     EXPECT_NEAR(shortest, 1.0, 1e-4);
 }
 
+// The foot of an endless wall is the same all along it: what the left and right edges of the screen cut off must not
+// make it brighter there.
+TEST_F(AmbientOcclusionProperty, OcclusionLastsToTheEdgesOfTheScreen) {
+    scene::Scene corner = *scene::find_scene("contact");
+    corner.primitives = {{scene::Shape::plane, {1, 1, 1}, 0, {}, true},
+                         {scene::Shape::plane, {1, 1, 1}, 0, {.tilt = {90, 0, 0}}, true}};
+    corner.camera = {.eye = {0, 0.8, 3.0}, .target = {0, 0.3, 0}};
+    const OcclusionInput input = render_input(corner, 0, extent);
+    AmbientOcclusionParameters p = plain_parameters();
+    p.slices = 8;
+    p.steps = 16;
+    for (const auto measure : {HorizonMeasure::cosine, HorizonMeasure::bitmask}) {
+        p.measure = measure;
+        const FloatImage visibility = occlude(input, p).visibility;
+        double edge = 0.0, middle = 0.0;
+        size_t count = 0;
+        for (uint32_t y = 0; y < extent.height; ++y)
+            for (uint32_t x = 0; x < 8; ++x) {
+                const double inside = *visibility.at(extent.width / 2 - 4 + x, y);
+                if (inside > 0.8)
+                    continue;
+                ++count;
+                middle += 1.0 - inside;
+                edge += 1.0 - 0.5 * (*visibility.at(x, y) + *visibility.at(extent.width - 1 - x, y));
+            }
+        EXPECT_GT(count, 100u);
+        EXPECT_NEAR(edge / middle, 1.0, 0.06) << static_cast<int>(measure);
+    }
+}
+
 // The same normals in world space, octahedral, and of another length give the same picture; where they are not numbers
 // they are derived.
 TEST_F(AmbientOcclusionProperty, KindsOfNormalsDoNotMatter) {

@@ -318,6 +318,20 @@ double sky_between(double a, double b, double gamma) {
     return total * (b - a) / (3.0 * parts);
 }
 
+// How much a side counts that the edge of the screen cuts off: with half of its length on the screen seven eighths.
+double AmbientOcclusionReference::seen_share(const Centre& c, double dx, double dy, double radius_pixels) const {
+    double unseen = 1.0;
+    // In small steps along the line: slow and plain.
+    constexpr int parts = 4096;
+    for (int i = 1; i <= parts; ++i) {
+        const double away = std::max(radius_pixels, working_pixel()) * i / parts;
+        if (!on_screen(c.px + away * dx, c.py + away * dy))
+            break;
+        unseen = 1.0 - static_cast<double>(i) / parts;
+    }
+    return 1.0 - unseen * unseen * unseen;
+}
+
 void AmbientOcclusionReference::add_horizons(const Centre& c, const std::array<double, 2>& noise, Sum& sum) const {
     const HorizonMeasure measure = parameters_.measure;
     for (int i = 0; i < parameters_.slices; ++i) {
@@ -332,9 +346,9 @@ void AmbientOcclusionReference::add_horizons(const Centre& c, const std::array<d
         const double ends[2] = {gamma - pi / 2, gamma + pi / 2};
         const double all_sky = sky_between(ends[0], ends[1], gamma);
 
-        uint32_t mask = 0; // sectors of equal sky, from the left end
-        double hidden = 0.0;
-        bool seen[2] = {false, false};
+        uint32_t mask = 0;             // sectors of equal sky, from the left end
+        double hidden[2] = {0.0, 0.0}; // left, right
+        double seen[2] = {0.0, 0.0};   // how much of what a side tells is on the screen
         for (const int way : {1, 0}) { // to the right, to the left
             const double sign = way == 1 ? 1.0 : -1.0;
             double horizon = measure == HorizonMeasure::hbao ? std::sin(-sign * gamma) : ends[way];
@@ -345,7 +359,9 @@ void AmbientOcclusionReference::add_horizons(const Centre& c, const std::array<d
                 const double x = c.px + sign * away * std::cos(turn), y = c.py + sign * away * std::sin(turn);
                 if (!on_screen(x, y))
                     break;
-                seen[way] = true;
+                seen[way] = measure == HorizonMeasure::hbao
+                                ? 1.0
+                                : seen_share(c, sign * std::cos(turn), sign * std::sin(turn), radius_pixels);
                 const Place d = tap(x, y, away) - c.p;
                 const double t = length(d) / c.radius;
                 if (!(d.z > -sky) || t >= 1.0 || dot(unit(d), c.n) <= double{parameters_.bias})
@@ -358,12 +374,12 @@ void AmbientOcclusionReference::add_horizons(const Centre& c, const std::array<d
                 };
                 if (measure == HorizonMeasure::hbao) {
                     const double sine = front / std::hypot(side, front);
-                    hidden += std::max(0.0, sine - horizon) * falloff(t);
+                    hidden[way] += std::max(0.0, sine - horizon) * falloff(t);
                     horizon = std::max(horizon, sine);
                 } else if (measure == HorizonMeasure::cosine) {
                     const double theta = angle_of(side, front);
                     if (sign * (horizon - theta) > 0.0) { // rises above the horizon
-                        hidden += sign * sky_between(theta, horizon, gamma) * falloff(t);
+                        hidden[way] += sign * sky_between(theta, horizon, gamma) * falloff(t);
                         horizon = theta;
                     }
                 } else {
@@ -375,25 +391,20 @@ void AmbientOcclusionReference::add_horizons(const Centre& c, const std::array<d
                     for (int sector = static_cast<int>(first); sector < static_cast<int>(last) && sector < 32; ++sector)
                         if ((mask >> sector & 1u) == 0) {
                             mask |= 1u << sector;
-                            hidden += falloff(t) * all_sky / 32.0;
+                            hidden[way] += falloff(t) * all_sky / 32.0;
                         }
                 }
             }
         }
-        if (measure == HorizonMeasure::hbao) {
-            const double ways = (seen[0] ? 1.0 : 0.0) + (seen[1] ? 1.0 : 0.0);
-            sum.visible += ways - double{parameters_.intensity} * calibration_ * hidden;
-            sum.weight += ways;
-            continue;
+        const double strength = double{parameters_.intensity} * calibration_;
+        const double left_sky = sky_between(ends[0], 0.0, gamma), right_sky = all_sky - left_sky;
+        const bool is_hbao = measure == HorizonMeasure::hbao;
+        const double sky_of[2] = {is_hbao ? 1.0 : left_sky, is_hbao ? 1.0 : right_sky};
+        for (const int way : {0, 1}) {
+            const double counts = (is_hbao ? 1.0 : weight) * seen[way];
+            sum.visible += counts * (sky_of[way] - strength * hidden[way]);
+            sum.weight += counts * sky_of[way];
         }
-        // A way that leaves the screen at once tells nothing: only the other side's sky counts.
-        double all = all_sky;
-        if (seen[1] != seen[0])
-            all = seen[1] ? sky_between(0.0, ends[1], gamma) : sky_between(ends[0], 0.0, gamma);
-        if (all <= 0.0)
-            continue;
-        sum.visible += weight * std::max(0.0, all - double{parameters_.intensity} * calibration_ * hidden);
-        sum.weight += weight * all;
     }
 }
 

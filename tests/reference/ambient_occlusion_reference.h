@@ -105,6 +105,7 @@ class AmbientOcclusionReference {
     double falloff(double t) const;
     std::array<double, 2> noise(int x, int y, int iteration) const;
     void add_obscurance(const Centre& c, const std::array<double, 2>& noise, Sum& sum) const;
+    double seen_share(const Centre& c, double dx, double dy, double radius_pixels) const;
     void add_horizons(const Centre& c, const std::array<double, 2>& noise, Sum& sum) const;
     OcclusionSignal filtered_along(const OcclusionSignal& signal, int dx, int dy) const;
     double planar(double z) const;

@@ -260,15 +260,14 @@ struct FilterPass {
     bool enlarged;
 };
 
-// The largest tile whose border fits into the 16 KiB of shared memory that every device has: depth, visibility and
-// perhaps a shadow of every texel, and the last two of every averaged row.
-Extent filter_tile(uint32_t border, bool has_shadow, bool is_small) {
-    const uint32_t values = has_shadow ? 2 : 1;
+// The largest tile whose border fits into the 16 KiB of shared memory that every device has: a word for every texel,
+// two for wide signals, and one for every averaged row.
+Extent filter_tile(uint32_t border, bool is_wide, bool is_small) {
     for (const Extent tile : {Extent{32, 32}, {32, 24}, {32, 16}, {16, 16}, {16, 8}}) {
         if (is_small && tile.width > 16)
             continue;
         const uint32_t rows = tile.height + 2 * border;
-        if ((tile.width + 2 * border + 1) * rows * (1 + values) + tile.width * rows * values <= 4096)
+        if (((tile.width + 2 * border) | 1) * rows * (is_wide ? 2 : 1) + tile.width * rows <= 4096)
             return tile;
     }
     return {8, 8};
@@ -287,7 +286,7 @@ void plan_filter(Planner& planner, Setup& s, const FilterPass& f) {
     const auto border = static_cast<uint32_t>(std::max(1, radius * step));
     // Few texels: many short threads hide more latency than few long ones.
     const bool is_small = uint64_t{extent.width} * extent.height < 800000;
-    const Extent tile = filter_tile(border, s.has_shadow(), is_small);
+    const Extent tile = filter_tile(border, s.is_wide, is_small);
     Pass& pass = planner.pass(f.name, shader::filter);
     pass.specialization = s.common() + std::initializer_list<uint32_t>{static_cast<uint32_t>(radius),
                                                                        static_cast<uint32_t>(step),

@@ -112,12 +112,12 @@ Centre make_centre(ivec2 p, float z) {
     // Deriving them takes so many registers that having it at hand costs a third of the time: not for single pixels.
     if (normal_encoding == 0)
         c.n = derived_normal(p, pixel, position);
-    else if (!found)
-        c.n = c.v;
+    else
+        c.n = found ? c.n : c.v;
     // Interpolated normals may face away at silhouettes.
-    const float facing = dot(c.n, c.v);
-    if (facing < 0.01)
-        c.n = normalize(c.n + (0.01 - facing) * c.v);
+    // No branch: taps are aimed and fetched while the normal is still under way.
+    const vec3 turned = c.n + max(0.01 - dot(c.n, c.v), 0.0) * c.v;
+    c.n = turned * inversesqrt(max(dot(turned, turned), 1e-12));
     c.working = pixel / working_pixel;
     c.ray_scale = constants.pixel_to_view.xy * working_pixel;
     c.ray_offset = constants.pixel_to_view.zw + 0.5 * constants.pixel_to_view.xy;
@@ -140,15 +140,15 @@ struct Aim {
     bool on_screen;
 };
 
-// At `at` (texels of the finest level), from the level that suits a tap so many texels away.
+// At `at` (texels of the finest level, on the screen), from the level that suits a tap so many texels away.
 Aim aim(vec2 at, float away) {
     Aim a;
-    const ivec2 base = ivec2(floor(at));
-    a.on_screen = all(greaterThanEqual(at, vec2(0))) && all(lessThan(at, constants.size / working_pixel));
+    const ivec2 base = ivec2(at);
+    a.on_screen = true;
     a.level = 0;
     if (mip_mode != 0)
         a.level = clamp((floatBitsToInt(away * constants.mip_scale) >> 23) - 127, 0, last_mip);
-    a.texel = a.on_screen ? base >> a.level : ivec2(0);
+    a.texel = base >> a.level;
     if (mip_mode == 1) {
         a.exact = vec2(rotated_base(a.texel, a.level));
     } else if (mip_mode == 2) {
@@ -160,6 +160,9 @@ Aim aim(vec2 at, float away) {
     }
     return a;
 }
+
+// Texels of the finest level that the screen has; half resolution may end in half a texel.
+vec2 screen() { return constants.size / working_pixel; }
 
 // The way from the centre to what was found at depth z; very long for sky.
 vec3 way_to(Centre c, Aim a, float z) {
@@ -269,17 +272,17 @@ Signal estimate(ivec2 p, float z, out vec3 bent) {
 // pixels of one turn, four apart: their taps lie side by side in the coarser
 // depths, where random turns would scatter them.
 const ivec2 group_size = ivec2(32, 16);
-shared uvec2 results[group_size.x * group_size.y];
+const bool in_place = !(noise_kind == 3 && mip_mode != 0); // neighbours in the image are neighbours in the warp
+shared uvec2 results[in_place ? 1 : group_size.x * group_size.y];
 
 ivec2 local_pixel(int index) {
     const int lane = index & 31, row = index >> 5;
-    if (noise_kind == 3 && mip_mode != 0)
+    if (!in_place)
         return ivec2((lane & 7) * 4 + (row & 3), (lane >> 3) * 4 + (row >> 2));
     return ivec2((lane & 7) + (row & 3) * 8, (lane >> 3) + (row >> 2) * 4);
 }
 
-Signal signal_at(ivec2 p, out vec3 bent) {
-    const float z = depth_at(p, 0);
+Signal signal_at(ivec2 p, float z, out vec3 bent) {
     const vec2 pixel = pixel_of(p, z);
     Signal s = Signal(1.0, 0.0, 1.0, 0.0);
     bent = vec3(0, 0, 1);
@@ -292,23 +295,34 @@ Signal signal_at(ivec2 p, out vec3 bent) {
 
 void main() {
     const ivec2 origin = ivec2(gl_WorkGroupID.xy) * group_size;
+    const ivec2 last = ivec2(constants.working_size) - 1;
+    const int thread = int(gl_LocalInvocationIndex);
+    // Both depths are under way before the first is used.
+    float z[2];
+    [[unroll]] for (int i = 0; i < 2; ++i)
+        z[i] = depth_at(min(origin + local_pixel(thread + 256 * i), last), 0);
     [[dont_unroll]] for (int i = 0; i < 2; ++i) {
-        const ivec2 local = local_pixel(int(gl_LocalInvocationIndex) + 256 * i);
+        const ivec2 local = local_pixel(thread + 256 * i);
         const ivec2 p = origin + local;
-        if (any(greaterThanEqual(vec2(p), constants.working_size)))
+        if (any(greaterThan(p, last)))
             continue;
         vec3 bent;
-        const Signal s = signal_at(p, bent);
-        results[local.y * group_size.x + local.x] = pack_signal(s);
+        const Signal s = signal_at(p, i == 0 ? z[0] : z[1], bent);
+        if (in_place)
+            imageStore(signal_image, p, uvec4(pack_signal(s), 0, 0));
+        else
+            results[local.y * group_size.x + local.x] = pack_signal(s);
         if (want_bent_normal)
             imageStore(bent_image, p, vec4(bent, s.w));
     }
+    if (in_place)
+        return;
     // Written in whole rows.
     barrier();
     for (int i = 0; i < 2; ++i) {
-        const int index = int(gl_LocalInvocationIndex) + 256 * i;
+        const int index = thread + 256 * i;
         const ivec2 p = origin + ivec2(index % group_size.x, index / group_size.x);
-        if (all(lessThan(vec2(p), constants.working_size)))
+        if (all(lessThanEqual(p, last)))
             imageStore(signal_image, p, uvec4(results[index], 0, 0));
     }
 }

@@ -33,12 +33,16 @@ const int loaded_width = tile_width + 2 * border, loaded_height = tile_height + 
 const int pitch = loaded_width | 1; // odd, so that a column lies in all banks
 const int loaded_count = pitch * loaded_height;
 const int row_count = tile_width * loaded_height;
-// Unpacked: every texel is looked at a dozen times. The planner sees to it that all fit into 16 KiB.
-shared float planar_tile[loaded_count];
-shared float value_tile[loaded_count];
-shared float shadow_tile[has_shadow ? loaded_count : 1];
-shared float value_rows[row_count];
-shared float shadow_rows[has_shadow ? row_count : 1];
+// Packed, as they travel: what a thread waits for most is shared memory. Narrow signals are one word, depth in the upper
+// half; of wide ones the second word has visibility and shadow. The planner sees to it that all fit into 16 KiB.
+shared uint tile[loaded_count];
+shared uint wide_tile[wide ? loaded_count : 1];
+shared uint rows[row_count]; // averaged along x; narrow ones with the depth that they belong to
+
+// Stands for the planar depth of sky and of what is off the image: it differs from everything by more than any limit.
+const uint no_planar_code = 0xfbff0000u; // the largest negative half
+float planar_of(uint code) { return wide ? uintBitsToFloat(code & ~31u) : unpackHalf2x16(code).y; }
+float no_planar() { return wide ? wide_no_planar : -65504.0; }
 
 ivec2 result_size() { return ivec2(enlarged ? constants.size : constants.working_size); }
 
@@ -52,12 +56,13 @@ float normal_weight(vec3 a, ivec2 p) {
     return pow(clamp(dot(a, b) * inversesqrt(max(dot(a, a) * dot(b, b), 1e-12)), 0.0, 1.0), constants.filter_normal);
 }
 
-// 1 over the difference of planar depth that counts as an edge.
+// 1 over the difference of planar depth that counts as an edge. Narrow depths are scaled.
 float per_difference(float w) {
     if (relative)
         return constants.filter_scale / w;
     // dz = dw / w² in perspective.
-    return constants.filter_scale * (perspective ? 1.0 / (w * w) : 1.0);
+    const float scale = wide ? 1.0 : constants.code_scale;
+    return constants.filter_scale * (perspective ? scale / (w * w) : 1.0 / scale);
 }
 
 float bell_at(int k) {
@@ -79,7 +84,7 @@ vec2 averaged(Window window, int i, ivec2 p, ivec2 axis) {
     const float edge = per_difference(centre);
     float slope = 0.0;
     if (continue_slope)
-        slope = continued_slope(window.planar[middle - 1], centre, window.planar[middle + 1]) * edge;
+        slope = continued_slope(window.planar[middle - 1], centre, window.planar[middle + 1], no_planar()) * edge;
     vec3 normal = vec3(0);
     if (use_normals)
         normal = normal_at(p);
@@ -98,23 +103,25 @@ vec2 averaged(Window window, int i, ivec2 p, ivec2 axis) {
     return vec2(total, shadow) / weights;
 }
 
+void set(inout Window window, int k, uint code, uint values) {
+    window.planar[k] = planar_of(code);
+    const vec2 pair = unpackHalf2x16(wide ? values : code);
+    window.value[k] = pair.x;
+    if (has_shadow)
+        window.shadow[k] = pair.y;
+}
+
 // Rows of the tile and of its border above and below. The threads of a warp take different rows, the same columns.
 void average_rows(ivec2 origin, int thread) {
     const int runs = tile_width / run;
     for (int item = thread; item < loaded_height * runs; item += threads) {
         const int y = item % loaded_height, x = item / loaded_height * run;
         Window window;
-        [[unroll]] for (int k = 0; k < reach; ++k) {
-            window.planar[k] = planar_tile[y * pitch + x + k];
-            window.value[k] = value_tile[y * pitch + x + k];
-            if (has_shadow)
-                window.shadow[k] = shadow_tile[y * pitch + x + k];
-        }
+        [[unroll]] for (int k = 0; k < reach; ++k)
+            set(window, k, tile[y * pitch + x + k], wide ? wide_tile[y * pitch + x + k] : 0u);
         [[unroll]] for (int i = 0; i < run; ++i) {
             const vec2 value = averaged(window, i, origin + ivec2(x + i, y - border), ivec2(1, 0));
-            value_rows[y * tile_width + x + i] = value.x;
-            if (has_shadow)
-                shadow_rows[y * tile_width + x + i] = value.y;
+            rows[y * tile_width + x + i] = packHalf2x16(vec2(value.x, wide ? value.y : window.planar[border + i]));
         }
     }
 }
@@ -137,21 +144,24 @@ void load_tile(ivec2 origin, int thread) {
     const ivec2 last = result_size() - 1;
     const int count = loaded_width * loaded_height;
     const int loads = (count + threads - 1) / threads;
-    Signal fetched[loads];
+    uvec2 fetched[loads];
     [[unroll]] for (int i = 0; i < loads; ++i) {
         const int index = min(thread + i * threads, count - 1);
         const ivec2 p = origin - border + ivec2(index % loaded_width, index / loaded_width);
-        fetched[i] = unpack_signal(texelFetch(signal_image, clamp(p, ivec2(0), last), 0).xy);
-        if (any(lessThan(p, ivec2(0))) || any(greaterThan(p, last)))
-            fetched[i].w = 0.0;
+        const ivec2 inside = clamp(p, ivec2(0), last);
+        fetched[i] = texelFetch(signal_image, inside, 0).xy;
+        if (p != inside)
+            fetched[i].x = 0u;
     }
     [[unroll]] for (int i = 0; i < loads; ++i) {
         const int index = min(thread + i * threads, count - 1);
         const int at = index / loaded_width * pitch + index % loaded_width;
-        planar_tile[at] = fetched[i].w != 0.0 ? fetched[i].w : no_planar;
-        value_tile[at] = fetched[i].visibility;
-        if (has_shadow)
-            shadow_tile[at] = fetched[i].shadow;
+        if (wide) {
+            tile[at] = (fetched[i].x & ~31u) == 0u ? floatBitsToUint(wide_no_planar) : fetched[i].x;
+            wide_tile[at] = fetched[i].y;
+        } else {
+            tile[at] = fetched[i].x < 0x10000u ? no_planar_code | fetched[i].x : fetched[i].x;
+        }
     }
 }
 
@@ -162,19 +172,20 @@ void average_columns(ivec2 origin, int thread) {
         const int x = item % tile_width, y = item / tile_width * run;
         Window window;
         [[unroll]] for (int k = 0; k < reach; ++k) {
-            window.planar[k] = planar_tile[(y + k) * pitch + x + border];
-            window.value[k] = filter_radius > 0 ? value_rows[(y + k) * tile_width + x]
-                                                : value_tile[(y + k) * pitch + x + border];
-            if (has_shadow)
-                window.shadow[k] = filter_radius > 0 ? shadow_rows[(y + k) * tile_width + x]
-                                                     : shadow_tile[(y + k) * pitch + x + border];
+            const int at = (y + k) * pitch + x + border;
+            const uint averaged_row = filter_radius > 0 ? rows[(y + k) * tile_width + x] : 0u;
+            if (wide)
+                set(window, k, tile[at], filter_radius > 0 ? averaged_row : wide_tile[at]);
+            else
+                set(window, k, filter_radius > 0 ? averaged_row : tile[at], 0u);
         }
         [[unroll]] for (int i = 0; i < run; ++i) {
             const ivec2 p = origin + ivec2(x, y + i);
             const float w = window.planar[border + i];
-            Signal s = Signal(1.0, w == no_planar ? 0.0 : w, 1.0, 0.0);
+            const bool sky = w == no_planar();
+            Signal s = Signal(1.0, sky ? 0.0 : wide ? w : w / constants.code_scale, 1.0, 0.0);
             const vec2 value = averaged(window, i, p, ivec2(0, 1));
-            if (w != no_planar)
+            if (!sky)
                 s.visibility = value.x;
             if (has_shadow)
                 s.shadow = value.y;

@@ -42,8 +42,10 @@ void add_obscurance(Centre c, vec2 noise, inout Sum sum) {
             if (!in_pairs || (j & 1) != 0)
                 direction = vec2(direction.x * constants.turn.x - direction.y * constants.turn.y,
                                  direction.x * constants.turn.y + direction.y * constants.turn.x);
-            aims[j] = aim(c.working + away * offset, away);
-            aims[j].on_screen = aims[j].on_screen && i < taps;
+            const vec2 at = c.working + away * offset;
+            const bool on_screen = all(greaterThanEqual(at, vec2(0))) && all(lessThan(at, screen()));
+            aims[j] = aim(on_screen ? at : vec2(0), away);
+            aims[j].on_screen = on_screen && (taps % at_once == 0 || i < taps);
         }
         [[unroll]] for (uint j = 0; j < at_once; ++j)
             z[j] = depth_at(aims[j].texel, aims[j].level);

@@ -150,9 +150,11 @@ constexpr PresetOverride hbao_crease[] = {
     {"radius", "0.3"},   {"bias", "0.17"},         {"filter_radius", "7"}, {"filter_sigma", "4"},
 };
 constexpr PresetOverride hbao[] = {
-    {"measure", "hbao"},    {"falloff", "quadratic"}, {"slices", "3"},
-    {"steps", "6"},         {"bias", "0.17"},         {"resolution", "half"},
-    {"filter_radius", "7"}, {"filter_sigma", "4"},    {"full_resolution_filter", "true"},
+    {"measure", "hbao"},    {"falloff", "quadratic"},
+    {"slices", "3"},        {"steps", "6"},
+    {"bias", "0.17"},       {"resolution", "half"},
+    {"filter_radius", "4"}, {"filter_step", "2"},
+    {"filter_sigma", "4"},  {"full_resolution_filter", "true"},
 };
 constexpr PresetOverride hbao_16x16[] = {
     {"measure", "hbao"}, {"falloff", "quadratic"}, {"slices", "8"},         {"steps", "16"},
