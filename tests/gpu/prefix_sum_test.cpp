@@ -17,10 +17,14 @@ static_assert(compaction_block == block);
 
 class PrefixSumTest : public GpuTest {
   protected:
-    void SetUp() override {
-        GpuTest::SetUp();
+    // Pipelines are made once for all tests.
+    static void SetUpTestSuite() {
         contexts_[0] = make_context(poison, [](ContextInfo& info) { info.subgroups = false; });
         contexts_[1] = make_context(poison);
+    }
+    static void TearDownTestSuite() {
+        for (auto& context : contexts_)
+            context.reset();
     }
 
     // The words that are there before; then what nobody may have written.
@@ -73,7 +77,8 @@ class PrefixSumTest : public GpuTest {
         }
     }
 
-    std::unique_ptr<Context> contexts_[2];
+    // Without and with subgroups.
+    static inline std::unique_ptr<Context> contexts_[2];
 };
 
 Words random_words(size_t number, uint32_t seed) {
