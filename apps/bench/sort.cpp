@@ -278,7 +278,7 @@ std::string block_table(const std::vector<Row>& rows, const Machine& machine) {
 
 // A sort goes through the same passes for every digit: their sums.
 std::string pass_table(const std::vector<Row>& rows) {
-    Table table({"block", "path", "count", "pass", "times", "ms in all"}, 2);
+    Table table({"block", "path", "pass", "count", "times", "ms in all"}, 3);
     for (const Row& r : rows) {
         std::vector<std::string> names;
         for (const PassStatistics& pass : r.passes)
@@ -292,7 +292,7 @@ std::string pass_table(const std::vector<Row>& rows) {
                     ++times;
                     sum += pass.time.median;
                 }
-            table.add({r.block->name, path_name(r.subgroups), std::to_string(r.count), name, std::to_string(times),
+            table.add({r.block->name, path_name(r.subgroups), name, std::to_string(r.count), std::to_string(times),
                        fixed(sum, 4)});
         }
     }
