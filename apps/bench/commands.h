@@ -25,6 +25,8 @@ Result<void> measure_frontier(Rig& rig, const Options& options, const Variants& 
                               const Output& output);
 Result<void> tune(Rig& rig, const Options& options, const Variants& variants, const Sources& sources,
                   const Output& output);
+// Sort, prefix sum and compaction, with and without subgroups, each checked against the CPU.
+Result<void> measure_sort(Rig& rig, const Options& options, const Output& output);
 Result<void> list_all(const Output& output);
 
 // What is timed and scored if the command line does not say; small on a software device.

@@ -38,6 +38,13 @@ Result<void> run(const bench::Options& options) {
     const Output output(options.json);
     if (options.command == "list")
         return list_all(output);
+    if (options.command == "sort") {
+        auto rig = Rig::create(options.rig);
+        if (!rig)
+            return rig.error();
+        auto done = measure_sort(**rig, options, output);
+        return done ? (*rig)->check_validation() : done;
+    }
     // Names first: a typing error should not cost the time of opening a device.
     const auto variants = make_variants(options.variants);
     if (!variants)

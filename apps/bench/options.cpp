@@ -73,12 +73,16 @@ void add_common(CLI::App& app, Options& options, Texts& texts) {
     app.add_flag("--validation", options.rig.validation, "Runs under the validation layer; times mean nothing then");
 }
 
-void add_timing(CLI::App& app, Options& options, Texts& texts) {
+void add_timing_of_frames(CLI::App& app, Options& options) {
     app.add_option("--frames", options.frames, "Frames that are timed; 100 (10 on a CPU)")
         ->check(CLI::Range(1, 100000));
     app.add_option("--warm-up", options.warm_up, "Seconds of work before the first measurement")
         ->check(CLI::Range(0.0, 60.0));
     app.add_option("--batch", options.batch, "Frames in a command buffer; 8 (1 on a CPU)")->check(CLI::Range(1, 8));
+}
+
+void add_timing(CLI::App& app, Options& options, Texts& texts) {
+    add_timing_of_frames(app, options);
     app.add_flag("--no-rotate", texts.no_rotate, "Feeds one frame again and again, which flatters caches");
 }
 
@@ -125,6 +129,21 @@ void add_commands(CLI::App& app, Options& options, Texts& texts) {
     tune->add_option("--evaluations", options.evaluations, "Settings that are tried")->check(CLI::Range(1, 100000));
     tune->add_option("--only", options.only, "Varies these parameters alone")->delimiter(',');
     tune->add_option("--fix", options.fix, "Leaves these parameters as the preset or --set has them")->delimiter(',');
+
+    CLI::App* sort = app.add_subcommand("sort", "GPU time of sorting, prefix sums and compaction, results checked");
+    sort->add_option("--device", options.rig.device, "Index or part of the name of the Vulkan device");
+    sort->add_option("--json", options.json, "Writes the figures as JSON; - for standard output instead of the table");
+    sort->add_option("--count", options.counts,
+                     "Elements; powers of two from 2^14 to 2^22 (2^16 on a CPU) if not given")
+        ->delimiter(',')
+        ->check(CLI::Range(1u, 1u << 24));
+    sort->add_option("--bits", options.bits, "Bits of the keys that are sorted by; 16,32 if not given")
+        ->delimiter(',')
+        ->check(CLI::Range(1, 32));
+    sort->add_flag("--indices", options.sorts_indices, "Values are 0, 1, 2 ... and are not read");
+    sort->add_flag("--no-passes", texts.no_passes, "Leaves out the second run, which times every pass");
+    sort->add_flag("--validation", options.rig.validation, "Runs under the validation layer; times mean nothing then");
+    add_timing_of_frames(*sort, options);
 
     CLI::App* list = app.add_subcommand("list", "Devices, effects, presets and scenes");
     list->add_option("--json", options.json, "Writes the list as JSON; - for standard output");

@@ -12,7 +12,7 @@
 namespace sfumato::bench {
 
 struct Options {
-    std::string command; // "times", "quality", "frontier", "tune", "list"
+    std::string command; // "times", "quality", "frontier", "tune", "sort", "list"
     VariantRequest variants;
     std::vector<std::string> scenes; // none: those that are for the effect
     std::vector<std::string> raw_files;
@@ -37,6 +37,9 @@ struct Options {
     uint64_t seed = 1;
     int evaluations = 200;
     std::vector<std::string> only, fix; // parameters that tune varies, or leaves alone
+    std::vector<uint32_t> counts;       // of sort; none: by the device
+    std::vector<uint32_t> bits = {16, 32};
+    bool sorts_indices = false;
 };
 
 struct ParsedOptions {

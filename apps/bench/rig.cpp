@@ -42,10 +42,11 @@ Rig::~Rig() {
         destroy(device_->handle(), pipelines_, nullptr);
 }
 
-Result<std::unique_ptr<Context>> Rig::create_context(uint32_t frames_in_flight, bool timestamps) {
+Result<std::unique_ptr<Context>> Rig::create_context(uint32_t frames_in_flight, bool timestamps, bool subgroups) {
     ContextInfo info = device_->context_info();
     info.frames_in_flight = frames_in_flight;
     info.timestamps = timestamps;
+    info.subgroups = subgroups;
     info.pipeline_cache = pipelines_;
     return Context::create(info);
 }

@@ -27,7 +27,7 @@ class Rig {
     bool is_cpu() const { return device_->description().type == "cpu"; }
 
     // A context of its own, so that its memory is that of one effect alone.
-    Result<std::unique_ptr<Context>> create_context(uint32_t frames_in_flight, bool timestamps);
+    Result<std::unique_ptr<Context>> create_context(uint32_t frames_in_flight, bool timestamps, bool subgroups = true);
 
     // Renders the images that are present, and waits.
     Result<void> render(const scene::Scene& scene, double frame, const scene::RenderOptions& options,

@@ -59,14 +59,14 @@ struct Batch {
     std::unique_ptr<GpuClock> clock;
 };
 
-Result<void> submit_batch(Rig& rig, Stream& stream, Batch& batch, uint32_t frames) {
+Result<void> submit_batch(Rig& rig, const RecordFrame& record, Batch& batch, uint32_t frames) {
     if (auto begun = rig.device().begin(batch.commands); !begun)
         return begun;
     const VkCommandBuffer commands = batch.commands.buffer();
     batch.clock->reset(commands);
     batch.clock->stamp(commands);
     for (uint32_t i = 0; i < frames; ++i) {
-        if (auto recorded = stream.record(commands); !recorded)
+        if (auto recorded = record(commands); !recorded)
             return recorded;
         batch.clock->stamp(commands);
     }
@@ -105,12 +105,8 @@ Statistics statistics(std::vector<double> samples) {
     return result;
 }
 
-Result<ChainTime> time_chain(Rig& rig, const EffectInfo& effect, const void* parameters,
-                             std::span<const InputSet> inputs, const TimingOptions& options) {
-    const uint32_t frames = options.batch; // two of them are a context's 16 frames in flight at most
-    Stream stream(rig, parameters, inputs);
-    if (auto opened = stream.open(effect, 2 * frames, false); !opened)
-        return opened.error();
+Result<Statistics> time_frames(Rig& rig, const RecordFrame& record, const TimingOptions& options) {
+    const uint32_t frames = options.batch;
     std::array<Batch, 2> batches;
     for (Batch& batch : batches) {
         auto commands = rig.device().create_commands();
@@ -131,22 +127,33 @@ Result<ChainTime> time_chain(Rig& rig, const EffectInfo& effect, const void* par
         const bool is_warm = i >= 4 && seconds_since(start) >= options.warm_up;
         if (auto collected = collect(rig, batch, is_warm ? &samples : nullptr); !collected)
             return collected.error();
-        if (auto submitted = submit_batch(rig, stream, batch, frames); !submitted)
+        if (auto submitted = submit_batch(rig, record, batch, frames); !submitted)
             return submitted.error();
     }
     for (Batch& batch : batches)
         if (auto collected = collect(rig, batch, nullptr); !collected)
             return collected.error();
-    return ChainTime{statistics(std::move(samples)), stream.context().memory_usage()};
+    return statistics(std::move(samples));
 }
 
-Result<std::vector<PassStatistics>> time_passes(Rig& rig, const EffectInfo& effect, const void* parameters,
-                                                std::span<const InputSet> inputs, const TimingOptions& options) {
+Result<ChainTime> time_chain(Rig& rig, const EffectInfo& effect, const void* parameters,
+                             std::span<const InputSet> inputs, const TimingOptions& options) {
+    Stream stream(rig, parameters, inputs);
+    // Two batches are a context's 16 frames in flight at most.
+    if (auto opened = stream.open(effect, 2 * options.batch, false); !opened)
+        return opened.error();
+    auto chain = time_frames(
+        rig, [&](VkCommandBuffer commands) { return stream.record(commands); }, options);
+    if (!chain)
+        return chain.error();
+    return ChainTime{*chain, stream.context().memory_usage()};
+}
+
+Result<std::vector<PassStatistics>> time_passes(Rig& rig, const RecordFrame& record,
+                                                const std::function<std::vector<PassTime>()>& newest,
+                                                const TimingOptions& options) {
     // Only the newest frame's times are to be had: the frames before it in the batch keep the device busy.
     const uint32_t frames = options.batch;
-    Stream stream(rig, parameters, inputs);
-    if (auto opened = stream.open(effect, frames, true); !opened)
-        return opened.error();
     std::vector<PassStatistics> passes;
     std::vector<std::vector<double>> samples;
     const auto start = Clock::now();
@@ -155,13 +162,13 @@ Result<std::vector<PassStatistics>> time_passes(Rig& rig, const EffectInfo& effe
         if (!commands)
             return commands.error();
         for (uint32_t frame = 0; frame < frames; ++frame)
-            if (auto recorded = stream.record(*commands); !recorded)
+            if (auto recorded = record(*commands); !recorded)
                 return recorded.error();
         if (auto done = rig.device().submit_and_wait(); !done)
             return done.error();
         if (i < 2 || seconds_since(start) < options.warm_up)
             continue;
-        const std::vector<PassTime> times = stream.effect().times();
+        const std::vector<PassTime> times = newest();
         if (times.empty())
             return Error{ErrorCode::unsupported, "the device gives no times of passes"};
         samples.resize(times.size());
@@ -175,6 +182,16 @@ Result<std::vector<PassStatistics>> time_passes(Rig& rig, const EffectInfo& effe
     for (size_t pass = 0; pass < passes.size(); ++pass)
         passes[pass].time = statistics(std::move(samples[pass]));
     return passes;
+}
+
+Result<std::vector<PassStatistics>> time_passes(Rig& rig, const EffectInfo& effect, const void* parameters,
+                                                std::span<const InputSet> inputs, const TimingOptions& options) {
+    Stream stream(rig, parameters, inputs);
+    if (auto opened = stream.open(effect, options.batch, true); !opened)
+        return opened.error();
+    return time_passes(
+        rig, [&](VkCommandBuffer commands) { return stream.record(commands); }, [&] { return stream.effect().times(); },
+        options);
 }
 
 } // namespace sfumato::bench

@@ -5,6 +5,7 @@
 #include "apps/bench/rig.h"
 #include "sfumato/context.h"
 
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -47,8 +48,20 @@ struct PassStatistics {
     Statistics time;
 };
 
+// Records one frame of what is timed, the next with every call.
+using RecordFrame = std::function<Result<void>(VkCommandBuffer commands)>;
+
+// The same of anything that a context with 2 * options.batch frames in flight records.
+Result<Statistics> time_frames(Rig& rig, const RecordFrame& record, const TimingOptions& options);
+
 // By the library's own stamps, in the order of execution.
 Result<std::vector<PassStatistics>> time_passes(Rig& rig, const EffectInfo& effect, const void* parameters,
                                                 std::span<const InputSet> inputs, const TimingOptions& options);
+
+// The same of anything that a context with options.batch frames in flight and timestamps records; `times` tells those
+// of the newest frame, as Executor::times does.
+Result<std::vector<PassStatistics>> time_passes(Rig& rig, const RecordFrame& record,
+                                                const std::function<std::vector<PassTime>()>& times,
+                                                const TimingOptions& options);
 
 } // namespace sfumato::bench

@@ -135,6 +135,23 @@ TEST_F(Bench, TimesEveryPresetAndPass) {
     }
 }
 
+TEST_F(Bench, TimesAndChecksSorting) {
+    expect_failure("sort --bits 33", 2, "33");
+    expect_failure("sort --count 0", 2, "0");
+    const Finished finished =
+        run("sort --count 1,5000 --bits 16,24 --frames 2 --warm-up 0 --validation --json " + path("sort.json"));
+    ASSERT_EQ(finished.exit_code, 0) << finished.error;
+    EXPECT_NE(finished.out.find("checked"), std::string::npos);
+    const json parsed = json::parse(text_of(path("sort.json")));
+    ASSERT_EQ(parsed["rows"].size(), 16u); // two counts, two paths; two sorts, sums and compaction
+    for (const json& row : parsed["rows"]) {
+        EXPECT_TRUE(row["checked"].get<bool>());
+        EXPECT_GT(row["moved_bytes"].get<double>(), 0.0);
+        const auto bits = row["bits"].get<size_t>();
+        EXPECT_EQ(row["passes"].size(), bits > 0 ? 3 * bits / 8 : 2);
+    }
+}
+
 TEST_F(Bench, ScoresBetweenDoingNothingAndTheCeiling) {
     const Finished finished =
         run(std::string(small_quality) + "--pictures " + path("pictures") + " --json " + path("quality.json"));
