@@ -35,7 +35,7 @@ constexpr ParameterInfo rows[] = {
                                        "Where particles start to, above the horizon."),
     parameter<&P::spread>("spread", "°", 0.0, 180.0, "Half angle of the cone of starting directions; 180 is all."),
     parameter<&P::speed>("speed", "m/s", 0.0, 1000.0, "Speed at the start."),
-    parameter<&P::rate>("rate", "1/s", 0.0, 10000000.0, "Particles born in a second."),
+    parameter<&P::rate>("rate", "1/s", 0.0, 4000000.0, "Particles born in a second."),
     parameter<&P::burst>("burst", "", 0, most_particles, "Particles born at once when the simulation starts."),
     parameter<&P::lifetime>("lifetime", "s", 0.01, 1000.0, "Mean life of a particle.", parameter_logarithmic),
     parameter<&P::lifetime_variation>("lifetime_variation", "of the lifetime", 0.0, 1.0,
