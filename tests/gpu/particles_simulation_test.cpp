@@ -566,7 +566,7 @@ TEST(CurlNoise, has_no_divergence_and_mean_square_one) {
         divergence += (dx + dy + dz) * (dx + dy + dz) / count;
         slopes += (dx * dx + dy * dy + dz * dz) / count;
     }
-    EXPECT_NEAR(squares, 1.0, 0.15);
+    EXPECT_NEAR(squares, 1.0, 0.05);
     EXPECT_GT(slopes, 1.0);
     EXPECT_LT(divergence, 1e-5 * slopes);
 }

@@ -108,7 +108,7 @@ Vec3 curl_noise(Vec3 p, double time, uint32_t salt) {
         gradient([&](Vec3 q) { return gradient_noise(q, 0.5 * time, first_factors, first_offsets, salt); }, p);
     const Vec3 b =
         gradient([&](Vec3 q) { return gradient_noise(q, 0.3090170 * time, second_factors, second_offsets, salt); }, p);
-    return cross(a, b) * 1.55;
+    return cross(a, b) * 1.663;
 }
 
 ParticleReference::ParticleReference(const ParticleVolumeParameters& parameters)

@@ -5,7 +5,7 @@
 layout(constant_id = 4) const uint curl_octaves = 2;
 
 // Makes the root mean square speed 1.
-const float curl_normalisation = 1.55;
+const float curl_normalisation = 1.663;
 
 uint mix_bits(uint h) {
     h = (h ^ h >> 16) * 0x7feb352du;
