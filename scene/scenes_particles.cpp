@@ -4,7 +4,6 @@
 namespace sfumato::scene {
 namespace {
 
-const Material stucco = {Pattern::noise, {0.62, 0.58, 0.52}, {0.54, 0.50, 0.45}, 1.5, 0.15};
 const Material iron = {Pattern::solid, {0.10, 0.10, 0.11}, {}, 1.0, 0.3};
 
 Primitive standing(Vec3 half, uint32_t material, double x, double bottom, double z) {
@@ -31,7 +30,7 @@ Scene smoke_columns() {
                    .ambient_up = {0.14, 0.17, 0.22},
                    .ambient_down = {0.09, 0.08, 0.07}};
     enum { floor, wall, stone, beam, bowl, ball, slab };
-    scene.materials = {paving, stucco, marble, sandstone, iron, red_cream, teal};
+    scene.materials = {paving, brick, marble, sandstone, iron, red_cream, teal};
     scene.primitives = {
         ground(floor),
         standing({6, 1.7, 0.2}, wall, 0, 0, -2.9),
@@ -41,7 +40,7 @@ Scene smoke_columns() {
                         {.pivot = {0.25, 1.15, 0.1}, .axis = {0, 0, -1}, .spin = 6.0, .tilt = {40, 0, 20}})),
         moving(Shape::box, {0.75, 0.05, 0.3}, slab,
                {.pivot = {0, 2.35, 0}, .axis = {0, 1, 0}, .angle = 25, .spin = 1.5, .tilt = {0, 0, 12}}),
-        standing({0.22, 3.0, 0.22}, beam, -1.35, 0, 1.35), // leaves the picture above
+        standing({0.16, 3.0, 0.16}, beam, -1.7, 0, 1.0), // leaves the picture above
     };
     for (const double x : {-1.3, 1.3})
         for (const double z : {-1.3, 0.1}) {

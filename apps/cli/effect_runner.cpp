@@ -94,6 +94,8 @@ Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, 
             role.get(images.data()) =
                 !role.is_output() && found != current.end() && uses_input(*stage.link, role) ? found->second : Image{};
         }
+        for (const BufferRole& role : effect.buffers)
+            role.get(images.data()) = {};
         for (const Output& output : stage.outputs)
             output.role->get(images.data()) = output.image.image();
         Frame own = frame;
