@@ -40,12 +40,25 @@ struct Simulation {
     uint32_t steps = 0;
 };
 
+// Below 0: endless. A little wide, so that rounding never cuts a solid.
+float bounding_radius(const Collider& collider) {
+    const auto& size = collider.size;
+    switch (collider.shape) {
+    case ColliderShape::sphere:
+        return 1.001f * size[0];
+    case ColliderShape::box:
+        return 1.001f * std::sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]);
+    default:
+        return -1.0f;
+    }
+}
+
 void set_colliders(gpu::ParticleSimulateConstants& c, std::span<const Collider> colliders) {
     c.collider_count = static_cast<uint32_t>(colliders.size());
     gpu::vec4* target = c.colliders;
     for (const Collider& collider : colliders) {
         *target++ = vector(collider.centre, static_cast<float>(collider.shape));
-        *target++ = vector(collider.size, 0.0f);
+        *target++ = vector(collider.size, bounding_radius(collider));
         for (size_t i = 0; i < 3; ++i)
             *target++ = vector(collider.axes[i], collider.velocity[i]);
     }

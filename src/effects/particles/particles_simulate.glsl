@@ -9,7 +9,7 @@ layout(constant_id = 5) const bool writes_sprites = true; // the last pass of a 
 
 layout(std430, set = 0, binding = 1) readonly buffer ClockBuffer { Clock clock; };
 layout(std430, set = 0, binding = 2) buffer States { uvec4 states[]; };
-layout(std430, set = 0, binding = 3) writeonly buffer Sprites { ParticleSprite sprites[]; };
+layout(std430, set = 0, binding = 3) writeonly buffer Sprites { vec4 sprites[]; }; // ParticleSprite, by vectors
 
 float random(inout uint state) {
     state = state * 747796405u + 2891336453u;
@@ -77,9 +77,12 @@ bool is_sound(Mover m) {
     return is_finite(dot(m.position, vec3(1)) + dot(m.velocity, vec3(1))) && reach < 1e7 && speed < 1e7;
 }
 
-ParticleSprite sprite_of(Mover m, float age, uint id) {
-    if (id == 0u)
-        return ParticleSprite(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
+void write_sprite(uint slot, Mover m, float age, uint id) {
+    if (id == 0u) {
+        for (uint i = 0u; i < 3u; ++i)
+            sprites[3u * slot + i] = vec4(0);
+        return;
+    }
     const float share = clamp(age / lifetime_of(id), 0.0, 1.0);
     // Grows fast at first, as what mixes with air does.
     const float radius = mix(constants.radius_start, constants.radius_end, share * (2.0 - share));
@@ -87,9 +90,9 @@ ParticleSprite sprite_of(Mover m, float age, uint id) {
     const float stays = constants.fade_out > 0.0 ? min(1.0, (1.0 - share) / constants.fade_out) : 1.0;
     const float thins = pow(constants.radius_start / radius, constants.dilution);
     const vec4 albedo = constants.albedo;
-    return ParticleSprite(m.position.x, m.position.y, m.position.z, radius, m.velocity.x, m.velocity.y, m.velocity.z,
-                          constants.extinction * thins * appears * stays, albedo.r, albedo.g, albedo.b,
-                          albedo.a * exp(-age / constants.emission_time));
+    sprites[3u * slot] = vec4(m.position, radius);
+    sprites[3u * slot + 1u] = vec4(m.velocity, constants.extinction * thins * appears * stays);
+    sprites[3u * slot + 2u] = vec4(albedo.rgb, albedo.a * exp(-age / constants.emission_time));
 }
 
 void main() {
@@ -146,5 +149,5 @@ void main() {
         states[2u * slot + 1u] = uvec4(floatBitsToUint(m.velocity), id);
     }
     if (writes_sprites)
-        sprites[slot] = sprite_of(m, age, id);
+        write_sprite(slot, m, age, id);
 }

@@ -34,6 +34,13 @@ struct Solid {
     vec3 velocity;
 };
 
+// Whether a solid can be met within `reach` of a position; endless ones always.
+bool is_near(uint i, vec3 position, float reach) {
+    const vec3 from = position - constants.colliders[5u * i].xyz;
+    const float bound = constants.colliders[5u * i + 1u].w;
+    return bound < 0.0 || dot(from, from) <= (bound + reach) * (bound + reach);
+}
+
 Solid solid_at(uint i) {
     const vec4 a = constants.colliders[5u * i], b = constants.colliders[5u * i + 1u];
     const vec4 x = constants.colliders[5u * i + 2u], y = constants.colliders[5u * i + 3u],
@@ -94,7 +101,10 @@ Mover collide_with_shapes(Mover before, Mover after, float step) {
     for (uint meeting = 0u; meeting < 3u; ++meeting) {
         float first = 2.0;
         vec3 normal = vec3(0), surface = vec3(0);
+        const float way = length(after.position - before.position);
         for (uint i = 0u; i < constants.collider_count; ++i) {
+            if (!is_near(i, before.position, way))
+                continue;
             const Solid solid = solid_at(i);
             vec3 n;
             const float t = entry(solid, (before.position - solid.centre) * solid.axes,
@@ -117,15 +127,22 @@ Mover collide_with_shapes(Mover before, Mover after, float step) {
         after.position = before.position + (meeting < 2u ? 0.5 * step * (touching + after.velocity) : vec3(0));
     }
     // Twice, for corners between two solids.
-    for (uint i = 0u; i < 2u * constants.collider_count; ++i) {
-        const Solid solid = solid_at(i % constants.collider_count);
-        vec3 n;
-        const float inside = distance_to(solid, (after.position - solid.centre) * solid.axes, n);
-        if (inside >= 0.0)
-            continue;
-        n = solid.axes * n;
-        after.position += (clearance - inside) * n;
-        after.velocity = bounced(after.velocity, n, solid.velocity);
+    bool is_inside = true;
+    for (uint round = 0u; round < 2u && is_inside; ++round) {
+        is_inside = false;
+        for (uint i = 0u; i < constants.collider_count; ++i) {
+            if (!is_near(i, after.position, 0.0))
+                continue;
+            const Solid solid = solid_at(i);
+            vec3 n;
+            const float inside = distance_to(solid, (after.position - solid.centre) * solid.axes, n);
+            if (inside >= 0.0)
+                continue;
+            is_inside = true;
+            n = solid.axes * n;
+            after.position += (clearance - inside) * n;
+            after.velocity = bounced(after.velocity, n, solid.velocity);
+        }
     }
     return after;
 }
