@@ -445,6 +445,7 @@ ParticleVolumeParameters lively_parameters() {
     p.burst = 100;
     p.position_z = -5.0f;
     p.lifetime = 1.0f;
+    p.warm_up = 0.0f;
     return p;
 }
 

@@ -71,6 +71,7 @@ ParticleVolumeParameters calm_parameters() {
     p.emitter_size = 1.0f;
     p.position_z = -5.0f;
     p.spread = 180.0f;
+    p.warm_up = 0.0f;
     p.lifetime = 1000.0f;
     p.lifetime_variation = 0.0f;
     p.gravity = p.drag = p.curl_strength = 0.0f;
