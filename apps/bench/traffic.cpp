@@ -15,7 +15,7 @@ uint64_t mip_bytes(const Resource& resource, uint32_t mip) {
 }
 
 uint64_t access_bytes(const Resource& resource, const Access& access) {
-    if (resource.kind == ResourceKind::buffer)
+    if (resource.bytes != 0)
         return resource.bytes;
     if (access.mip != all_mips)
         return mip_bytes(resource, access.mip);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "apps/common/vulkan_functions.h"
+#include "sfumato/buffer.h"
 #include "sfumato/context.h"
 #include "sfumato/image.h"
 #include "sfumato/result.h"
@@ -62,7 +63,8 @@ class HostImage {
     VkDeviceMemory memory_ = VK_NULL_HANDLE;
 };
 
-// A buffer in host memory, mapped and coherent for as long as it lives. For transfers; never empty.
+// A buffer in host memory, mapped and coherent for as long as it lives. For transfers and as an effect's buffer; never
+// empty.
 class HostBuffer {
   public:
     HostBuffer() = default;
@@ -75,6 +77,7 @@ class HostBuffer {
 
     VkBuffer handle() const { return buffer_; }
     std::span<std::byte> bytes() const { return {mapped_, size_}; }
+    Buffer buffer() const { return {buffer_, 0, size_}; }
 
   private:
     friend class Device;

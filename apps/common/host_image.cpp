@@ -201,7 +201,8 @@ Result<HostBuffer> Device::create_buffer(size_t bytes) {
     VkBufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
     info.size = bytes;
-    info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+    info.usage =
+        VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
     if (const VkResult result = functions_.CreateBuffer(device_, &info, nullptr, &made.buffer_); result != VK_SUCCESS) {
         made.buffer_ = VK_NULL_HANDLE;
         return vulkan_error(result, "creating a buffer of " + std::to_string(bytes) + " bytes");

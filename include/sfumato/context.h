@@ -45,7 +45,7 @@ struct ContextInfo {
 // Device memory held at the moment, in bytes.
 struct MemoryUsage {
     uint64_t transients = 0;
-    uint64_t histories = 0;
+    uint64_t histories = 0; // and states
     uint64_t constants = 0; // uniform buffers and other small things
 };
 

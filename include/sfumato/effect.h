@@ -29,6 +29,19 @@ struct ImageRole {
     bool is_optional() const { return use == ImageUse::optional_input || use == ImageUse::optional_output; }
 };
 
+// One buffer that an effect takes: a member of its images struct, which holds both.
+struct BufferRole {
+    const char* name;
+    const char* doc; // what it holds, in which layout
+    ImageUse use;
+    uint32_t element_bytes; // its size is a multiple of this
+    uint64_t largest_bytes;
+    Buffer& (*get)(void* images);
+
+    bool is_output() const { return use == ImageUse::output || use == ImageUse::optional_output; }
+    bool is_optional() const { return use == ImageUse::optional_input || use == ImageUse::optional_output; }
+};
+
 // Everything there is to know of an effect. Tools, docs and generic tests read this.
 struct EffectInfo {
     const char* name;    // kebab-case, "motion-blur"
@@ -44,14 +57,15 @@ struct EffectInfo {
     // What the effect alone knows to be wrong: combinations of parameters and images. May be null. The text is empty
     // where nothing is wrong.
     std::string (*check)(const Frame& frame, const void* parameters, const void* images) = nullptr;
+    std::span<const BufferRole> buffers = {};
 };
 
 // All effects of the library.
 std::span<const EffectInfo* const> effects();
 const EffectInfo* find_effect(std::string_view name);
 
-// Checks everything that a host can get wrong: parameter ranges, roles, formats, extents, matrices. With
-// `need_handles` also that views are not null and layouts are right.
+// Checks everything that a host can get wrong: parameter ranges, roles, formats, extents, sizes of buffers, matrices.
+// With `need_handles` also that views are not null and layouts are right.
 Result<void> validate_effect(const EffectInfo& effect, const Frame& frame, const void* parameters, const void* images,
                              bool need_handles);
 
@@ -75,6 +89,7 @@ class AnyEffect {
     const EffectInfo* info_;
     std::unique_ptr<Executor> executor_;
     std::vector<Image> host_images_;
+    std::vector<Buffer> host_buffers_;
 };
 
 // The typed face of AnyEffect that hosts use: MotionBlur is Effect<MotionBlurParameters, MotionBlurImages>.

@@ -2,6 +2,7 @@
 // Sfumato's own Executor turns a plan into Vulkan commands; a host on another API can do so itself.
 #pragma once
 
+#include "sfumato/buffer.h"
 #include "sfumato/image.h"
 
 #include <cstddef>
@@ -21,11 +22,15 @@ struct Shader {
 };
 
 enum class ResourceKind {
-    host,      // the host's image number `index`, as passed to the executor
-    transient, // an image that lives from its first write to its last read in this plan
-    previous,  // history `index` as the previous frame left it; zero after a reset
-    current,   // history `index` as this frame writes it
-    buffer,    // a transient storage buffer of `bytes`
+    host,        // the host's image number `index`, as passed to the executor
+    transient,   // an image that lives from its first write to its last read in this plan
+    previous,    // history `index` as the previous frame left it; zero after a reset
+    current,     // history `index` as this frame writes it
+    buffer,      // a transient storage buffer of `bytes`
+    host_buffer, // the host's buffer number `index`, as passed to the executor
+    // Storage buffer `index` of `bytes` that the executor keeps from frame to frame: read and written in place. Zero
+    // after a reset or a change of size.
+    state,
 };
 
 struct Resource {
@@ -33,7 +38,7 @@ struct Resource {
     ResourceKind kind = ResourceKind::transient;
     uint32_t index = 0;
     VkFormat format = VK_FORMAT_UNDEFINED;
-    Extent extent;
+    Extent extent; // of an image in texels; of a buffer its elements, where passes are dispatched over them
     uint32_t mips = 1;
     uint64_t bytes = 0;
 };
@@ -62,8 +67,8 @@ struct Access {
 };
 
 enum class DispatchKind {
-    texels,   // one invocation a texel of `target`
-    groups,   // one workgroup for every `block` texels of `target`
+    texels,   // one invocation a texel (or element) of `target`
+    groups,   // one workgroup for every `block` texels (or elements) of `target`
     indirect, // VkDispatchIndirectCommand at `offset` bytes into the buffer `target`
 };
 
@@ -110,7 +115,10 @@ class Planner {
 
     ResourceId host(std::string name, uint32_t index, const Image& image);
     ResourceId transient(std::string name, VkFormat format, Extent extent, uint32_t mips = 1);
-    ResourceId buffer(std::string name, uint64_t bytes);
+    // `elements`: what passes are dispatched over, one row of them. 0 where none is.
+    ResourceId buffer(std::string name, uint64_t bytes, uint32_t elements = 0);
+    ResourceId host_buffer(std::string name, uint32_t index, const Buffer& buffer, uint32_t elements = 0);
+    ResourceId state(std::string name, uint64_t bytes, uint32_t elements = 0);
     History history(std::string name, VkFormat format, Extent extent);
 
     // Starts a pass; the following calls on the returned reference fill it in.
@@ -124,6 +132,7 @@ class Planner {
   private:
     Plan plan_;
     uint32_t histories_ = 0;
+    uint32_t states_ = 0;
 };
 
 // Fills in Pass::barrier: a barrier stands only where a pass reads what an earlier pass wrote since the last barrier,

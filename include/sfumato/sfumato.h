@@ -28,10 +28,12 @@
 // The effect instance owns the history of one stream of frames; the context must outlive it, your device the context.
 #pragma once
 
+#include "sfumato/buffer.h"
 #include "sfumato/context.h"
 #include "sfumato/effect.h"
 #include "sfumato/effects/ambient_occlusion.h"
 #include "sfumato/effects/motion_blur.h"
+#include "sfumato/effects/particles.h"
 #include "sfumato/executor.h"
 #include "sfumato/frame.h"
 #include "sfumato/image.h"

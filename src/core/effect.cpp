@@ -4,6 +4,7 @@
 #include "core/formats.h"
 #include "sfumato/effects/ambient_occlusion.h"
 #include "sfumato/effects/motion_blur.h"
+#include "sfumato/effects/particles.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,7 @@ std::span<const EffectInfo* const> effects() {
     static const EffectInfo* const list[] = {
         &MotionBlur::info(),
         &AmbientOcclusion::info(),
+        &ParticleVolume::info(),
     };
     return list;
 }
@@ -79,11 +81,92 @@ Result<void> validate_image(const EffectInfo& effect, const ImageRole& role, con
     return need_handles ? validate_layout(effect, role, image) : Result<void>{};
 }
 
+Result<void> validate_buffer(const EffectInfo& effect, const BufferRole& role, const Buffer& buffer,
+                             bool need_handles) {
+    const std::string name = std::string("buffer '") + role.name + "' ";
+    if (!buffer)
+        return role.is_optional() ? Result<void>{} : invalid(effect, name + "is missing: " + role.doc);
+    if (buffer.bytes % role.element_bytes != 0 || buffer.bytes > role.largest_bytes)
+        return invalid(effect, name + "is " + std::to_string(buffer.bytes) + " bytes long; it must be a multiple of " +
+                                   std::to_string(role.element_bytes) + " and at most " +
+                                   std::to_string(role.largest_bytes));
+    if (buffer.offset % buffer_alignment != 0)
+        return invalid(effect, name + "starts at byte " + std::to_string(buffer.offset) +
+                                   "; it must be a multiple of " + std::to_string(buffer_alignment));
+    if (need_handles && buffer.handle == VK_NULL_HANDLE)
+        return invalid(effect, name + "has a size but a null handle");
+    return {};
+}
+
+// Hazards are tracked by role: an output that shares bytes with another role would hide one.
+Result<void> validate_buffers(const EffectInfo& effect, const void* images, bool need_handles) {
+    for (const BufferRole& role : effect.buffers) {
+        const Buffer& buffer = role.get(const_cast<void*>(images));
+        if (auto valid = validate_buffer(effect, role, buffer, need_handles); !valid)
+            return valid.error();
+        for (const BufferRole& other : effect.buffers) {
+            const Buffer& second = other.get(const_cast<void*>(images));
+            const bool shared = &other != &role && buffer && second && buffer.handle == second.handle &&
+                                buffer.offset < second.offset + second.bytes &&
+                                second.offset < buffer.offset + buffer.bytes;
+            if (need_handles && role.is_output() && shared)
+                return invalid(effect, std::string("buffer '") + role.name + "' overlaps '" + other.name + "'");
+        }
+    }
+    return {};
+}
+
+bool all_finite(std::span<const float> values) {
+    return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+}
+
 bool finite(const Camera& camera) {
-    const auto all = [](const auto& values) {
-        return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
-    };
+    const auto all = [](const auto& values) { return all_finite(values); };
     return all(camera.world_to_view) && all(camera.projection) && all(camera.jitter);
+}
+
+float length_squared(const std::array<float, 3>& v) {
+    return v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+}
+
+std::string wrong_light(const Light& light) {
+    if (!all_finite(light.to_light) || !all_finite(light.radiance) || !all_finite(light.world_to_shadow))
+        return "holds NaN or infinity";
+    const float squared = length_squared(light.to_light);
+    return std::isfinite(squared) && squared > 0.0f ? "" : "has a to_light without a direction";
+}
+
+std::string wrong_collider(const Collider& collider) {
+    bool is_finite = all_finite(collider.centre) && all_finite(collider.size) && all_finite(collider.velocity);
+    bool has_units = true;
+    for (const auto& axis : collider.axes) {
+        is_finite = is_finite && all_finite(axis);
+        has_units = has_units && std::abs(length_squared(axis) - 1.0f) < 0.01f;
+    }
+    if (!is_finite)
+        return "holds NaN or infinity";
+    if (collider.shape > ColliderShape::box)
+        return "has shape " + std::to_string(static_cast<uint32_t>(collider.shape)) + "; there are plane, sphere, box";
+    const bool has_size = collider.size[0] > 0.0f && collider.size[1] > 0.0f && collider.size[2] > 0.0f;
+    if (collider.shape != ColliderShape::plane && !has_size)
+        return "has a size that is not above 0";
+    return has_units ? "" : "has axes that are not of length 1";
+}
+
+Result<void> validate_surroundings(const EffectInfo& effect, const Frame& frame) {
+    if (frame.lights.size() > most_lights)
+        return invalid(effect, "frame.lights holds " + std::to_string(frame.lights.size()) + "; at most " +
+                                   std::to_string(most_lights) + " are allowed");
+    if (frame.colliders.size() > most_colliders)
+        return invalid(effect, "frame.colliders holds " + std::to_string(frame.colliders.size()) + "; at most " +
+                                   std::to_string(most_colliders) + " are allowed");
+    for (size_t i = 0; i < frame.lights.size(); ++i)
+        if (const std::string wrong = wrong_light(frame.lights[i]); !wrong.empty())
+            return invalid(effect, "frame.lights[" + std::to_string(i) + "] " + wrong);
+    for (size_t i = 0; i < frame.colliders.size(); ++i)
+        if (const std::string wrong = wrong_collider(frame.colliders[i]); !wrong.empty())
+            return invalid(effect, "frame.colliders[" + std::to_string(i) + "] " + wrong);
+    return {};
 }
 
 Result<void> validate_frame(const EffectInfo& effect, const Frame& frame) {
@@ -100,7 +183,7 @@ Result<void> validate_frame(const EffectInfo& effect, const Frame& frame) {
                                "projection");
     if (effect.needs_camera && !frame.camera)
         return invalid(effect, "frame.camera is missing: positions are read off its projection");
-    return {};
+    return validate_surroundings(effect, frame);
 }
 
 } // namespace
@@ -134,6 +217,8 @@ Result<void> validate_effect(const EffectInfo& effect, const Frame& frame, const
             if (const Image& image = role.get(const_cast<void*>(images)); image && image.view == inputs[i]->view)
                 return invalid(effect, std::string("image '") + role.name +
                                            "' is also an input; an effect cannot work in place");
+    if (auto valid = validate_buffers(effect, images, need_handles); !valid)
+        return valid.error();
     if (effect.check)
         if (const std::string wrong = effect.check(frame, parameters, images); !wrong.empty())
             return invalid(effect, wrong);

@@ -14,6 +14,9 @@ bool is_write(AccessKind kind) {
 bool is_buffer(AccessKind kind) {
     return kind == AccessKind::buffer_read || kind == AccessKind::buffer_write;
 }
+bool is_buffer(ResourceKind kind) {
+    return kind == ResourceKind::buffer || kind == ResourceKind::host_buffer || kind == ResourceKind::state;
+}
 
 // A storage buffer that is written may be read by the same pass: atomics and append lists do.
 bool overlap(const Access& a, const Access& b) {
@@ -38,8 +41,29 @@ ResourceId Planner::transient(std::string name, VkFormat format, Extent extent, 
     return static_cast<ResourceId>(plan_.resources.size() - 1);
 }
 
-ResourceId Planner::buffer(std::string name, uint64_t bytes) {
-    plan_.resources.push_back({std::move(name), ResourceKind::buffer, 0, VK_FORMAT_UNDEFINED, {}, 1, bytes});
+namespace {
+Extent row_of(uint32_t elements) {
+    return elements == 0 ? Extent{} : Extent{elements, 1};
+}
+} // namespace
+
+ResourceId Planner::buffer(std::string name, uint64_t bytes, uint32_t elements) {
+    plan_.resources.push_back(
+        {std::move(name), ResourceKind::buffer, 0, VK_FORMAT_UNDEFINED, row_of(elements), 1, bytes});
+    return static_cast<ResourceId>(plan_.resources.size() - 1);
+}
+
+ResourceId Planner::host_buffer(std::string name, uint32_t index, const Buffer& buffer, uint32_t elements) {
+    if (!buffer)
+        return no_resource;
+    plan_.resources.push_back(
+        {std::move(name), ResourceKind::host_buffer, index, VK_FORMAT_UNDEFINED, row_of(elements), 1, buffer.bytes});
+    return static_cast<ResourceId>(plan_.resources.size() - 1);
+}
+
+ResourceId Planner::state(std::string name, uint64_t bytes, uint32_t elements) {
+    plan_.resources.push_back(
+        {std::move(name), ResourceKind::state, states_++, VK_FORMAT_UNDEFINED, row_of(elements), 1, bytes});
     return static_cast<ResourceId>(plan_.resources.size() - 1);
 }
 
@@ -130,7 +154,7 @@ std::string check_access(const Plan& plan, const Access& access, const Written& 
     if (access.resource >= plan.resources.size())
         return "names a resource that does not exist";
     const Resource& resource = plan.resources[access.resource];
-    if ((resource.kind == ResourceKind::buffer) != is_buffer(access.kind))
+    if (is_buffer(resource.kind) != is_buffer(access.kind))
         return "takes " + resource.name + " for the wrong kind of resource";
     if (access.mip != all_mips && access.mip >= resource.mips)
         return "uses a mip of " + resource.name + " that does not exist";
@@ -159,6 +183,7 @@ std::string check_dispatch(const Plan& plan, const Pass& pass, const Written& wr
         return target.extent && dispatch.mip < target.mips
                    ? ""
                    : "dispatches over " + target.name + ", which has no texels there";
+    // A host's buffer may lack the usage, and a state of the frame before holds no command that this plan knows.
     if (target.kind != ResourceKind::buffer || dispatch.offset % 4 != 0 || dispatch.offset + 12 > target.bytes)
         return "dispatches from " + target.name + ", which holds no command there";
     if (written[dispatch.target] == 0)
@@ -169,25 +194,34 @@ std::string check_dispatch(const Plan& plan, const Pass& pass, const Written& wr
     return "";
 }
 
-// Hazards are tracked by resource: two of them for one image would hide one.
-std::string check_host_images(const Plan& plan) {
+// Hazards are tracked by resource: two of them for one image or buffer would hide one.
+std::string check_host_resources(const Plan& plan) {
     for (size_t i = 0; i < plan.resources.size(); ++i)
-        for (size_t j = 0; j < i; ++j)
-            if (plan.resources[i].kind == ResourceKind::host && plan.resources[j].kind == ResourceKind::host &&
-                plan.resources[i].index == plan.resources[j].index)
-                return plan.effect + " takes host image " + std::to_string(plan.resources[i].index) + " twice, as " +
-                       plan.resources[j].name + " and " + plan.resources[i].name;
+        for (size_t j = 0; j < i; ++j) {
+            const Resource &a = plan.resources[j], &b = plan.resources[i];
+            const bool is_buffer = a.kind == ResourceKind::host_buffer || a.kind == ResourceKind::state;
+            if (a.kind == b.kind && a.index == b.index && (is_buffer || a.kind == ResourceKind::host))
+                return plan.effect + " takes " +
+                       (a.kind == ResourceKind::state ? "state "
+                        : is_buffer                   ? "host buffer "
+                                                      : "host image ") +
+                       std::to_string(a.index) + " twice, as " + a.name + " and " + b.name;
+        }
     return "";
 }
 
 } // namespace
 
 std::string check_plan(const Plan& plan) {
-    if (const std::string defect = check_host_images(plan); !defect.empty())
+    if (const std::string defect = check_host_resources(plan); !defect.empty())
         return defect;
-    for (const Resource& resource : plan.resources)
+    for (const Resource& resource : plan.resources) {
         if (resource.mips < 1 || resource.mips > 32)
             return plan.effect + ": " + resource.name + " has " + std::to_string(resource.mips) + " mips";
+        if (is_buffer(resource.kind) && (resource.bytes == 0 || resource.bytes % 4 != 0))
+            return plan.effect + ": " + resource.name + " has " + std::to_string(resource.bytes) +
+                   " bytes; a buffer holds whole words";
+    }
     Written written(plan.resources.size(), 0);
     for (const Pass& pass : plan.passes) {
         const std::string where = plan.effect + "/" + pass.name + " ";

@@ -22,7 +22,10 @@ Result<void> AnyEffect::record(VkCommandBuffer commands, const Frame& frame, con
     host_images_.clear();
     for (const ImageRole& role : info_->images)
         host_images_.push_back(role.get(const_cast<void*>(images)));
-    return executor_->execute(commands, plan, host_images_, frame.index, frame.reset);
+    host_buffers_.clear();
+    for (const BufferRole& role : info_->buffers)
+        host_buffers_.push_back(role.get(const_cast<void*>(images)));
+    return executor_->execute(commands, plan, host_images_, frame.index, frame.reset, host_buffers_);
 }
 
 } // namespace sfumato

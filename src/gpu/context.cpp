@@ -59,6 +59,7 @@ Result<std::unique_ptr<Context>> Context::create(const ContextInfo& info) {
                                                  "; Sfumato needs 256"};
     state->timestamp_period = properties.limits.timestampPeriod;
     state->max_side = properties.limits.maxImageDimension2D;
+    state->largest_buffer = properties.limits.maxStorageBufferRange;
     state->uniform_alignment = std::max<uint64_t>(16, properties.limits.minUniformBufferOffsetAlignment);
     VkPhysicalDeviceSubgroupProperties subgroup{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
     VkPhysicalDeviceProperties2 more{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroup};

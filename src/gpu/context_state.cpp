@@ -213,6 +213,7 @@ void ContextState::evict(uint64_t patience) {
     sweep(transients, patience);
     sweep(buffers, patience);
     sweep(retired, 0);
+    sweep(retired_buffers, 0);
 }
 
 void ContextState::name_object(VkObjectType type, uint64_t handle, const std::string& name) const {

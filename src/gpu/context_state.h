@@ -55,7 +55,8 @@ struct ContextState {
     float timestamp_period = 1.0f; // nanoseconds a tick
     uint32_t max_side = 4096;      // of a 2D image
     uint64_t uniform_alignment = 256;
-    bool subgroups = false; // arithmetic and ballots in compute shaders, four wide or more
+    uint64_t largest_buffer = 1 << 27; // that a binding may have
+    bool subgroups = false;            // arithmetic and ballots in compute shaders, four wide or more
     VkSampler nearest = VK_NULL_HANDLE;
     VkSampler linear = VK_NULL_HANDLE;
     VkDescriptorSetLayout constants_layout = VK_NULL_HANDLE;
@@ -66,10 +67,12 @@ struct ContextState {
     std::map<std::vector<uint64_t>, Pipeline> pipelines;
     std::vector<std::unique_ptr<DeviceImage>> transients;
     std::vector<std::unique_ptr<DeviceBuffer>> buffers;
-    std::vector<std::unique_ptr<DeviceImage>> retired; // histories that were replaced but may still be in flight
-    std::unordered_map<uint64_t, uint64_t> executors;  // id to the serial of its frame at hand
+    // Histories and states that were replaced but may still be in flight.
+    std::vector<std::unique_ptr<DeviceImage>> retired;
+    std::vector<std::unique_ptr<DeviceBuffer>> retired_buffers;
+    std::unordered_map<uint64_t, uint64_t> executors; // id to the serial of its frame at hand
     uint64_t next_executor = 1;
-    uint64_t history_bytes = 0;
+    uint64_t history_bytes = 0; // states included
     uint64_t constant_bytes = 0;
 
     ~ContextState();

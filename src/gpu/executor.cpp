@@ -48,6 +48,11 @@ ExecutorState::~ExecutorState() {
                 context->history_bytes -= image->bytes;
                 context->destroy(*image);
             }
+    for (StateBuffer& state : states)
+        if (state.buffer) {
+            context->history_bytes -= state.buffer->bytes;
+            context->destroy(*state.buffer);
+        }
     context->executors.erase(id);
 }
 
@@ -98,7 +103,8 @@ void ExecutorState::record_opening(VkCommandBuffer commands, const Plan& plan, c
     constexpr VkAccessFlags access = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
     const bool clear_zeros = !std::exchange(context->zeros_are_clear, true);
     const bool poisons = context->info.poison >= 0;
-    const bool clears = clear_zeros || poisons || !resolved.cleared_histories.empty();
+    const bool clears =
+        clear_zeros || poisons || !resolved.cleared_histories.empty() || !resolved.cleared_states.empty();
     const VkAccessFlags all_access = clears ? access | VK_ACCESS_TRANSFER_WRITE_BIT : access;
     std::vector<VkImageMemoryBarrier> images;
     std::vector<VkImage> to_poison;
@@ -130,8 +136,14 @@ void ExecutorState::record_opening(VkCommandBuffer commands, const Plan& plan, c
     vk.vkCmdPipelineBarrier(commands, stages | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT,
                             clears ? stages : VkPipelineStageFlags{VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT}, 0, 1, &memory,
                             0, nullptr, static_cast<uint32_t>(images.size()), images.data());
-    if (!clears)
-        return;
+    if (clears)
+        record_clears(commands, plan, resolved, clear_zeros, to_poison);
+}
+
+// Zeros where zeros are promised, and with ContextInfo::poison noise in everything that a plan must write itself.
+void ExecutorState::record_clears(VkCommandBuffer commands, const Plan& plan, const ResolvedPlan& resolved,
+                                  bool clear_zeros, std::span<const VkImage> transients) {
+    const auto& vk = context->vk;
     const VkImageSubresourceRange range{VK_IMAGE_ASPECT_COLOR_BIT, 0, VK_REMAINING_MIP_LEVELS, 0, 1};
     const auto clear = [&](VkImage image, float value) {
         VkClearColorValue colour{};
@@ -146,20 +158,25 @@ void ExecutorState::record_opening(VkCommandBuffer commands, const Plan& plan, c
         clear(history.images[1 - history.current]->image, 0.0f);
         history.clear_previous = false;
     }
-    if (poisons) {
+    for (const uint32_t index : resolved.cleared_states) {
+        vk.vkCmdFillBuffer(commands, states[index].buffer->buffer, 0, VK_WHOLE_SIZE, 0);
+        states[index].clear = false;
+    }
+    if (context->info.poison >= 0) {
         // Even patterns are NaN, odd ones huge: what an effect reads without having written shows up as a difference.
         const float value = context->info.poison % 2 == 0 ? std::numeric_limits<float>::quiet_NaN() : 6.0e4f;
-        for (const VkImage image : to_poison)
+        for (const VkImage image : transients)
             clear(image, value);
         for (const Resource& resource : plan.resources)
             if (resource.kind == ResourceKind::current)
                 clear(histories[resource.index].images[histories[resource.index].current]->image, value);
-        for (DeviceBuffer* buffer : resolved.buffers)
-            if (buffer)
-                vk.vkCmdFillBuffer(commands, buffer->buffer, 0, VK_WHOLE_SIZE,
+        for (size_t i = 0; i < plan.resources.size(); ++i)
+            if (plan.resources[i].kind == ResourceKind::buffer && resolved.buffers[i])
+                vk.vkCmdFillBuffer(commands, resolved.buffers[i]->buffer, 0, VK_WHOLE_SIZE,
                                    0x01010101u * static_cast<uint32_t>(context->info.poison & 0xff));
     }
-    const VkMemoryBarrier cleared{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_TRANSFER_WRITE_BIT, access};
+    const VkMemoryBarrier cleared{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_TRANSFER_WRITE_BIT,
+                                  VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT};
     vk.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 1,
                             &cleared, 0, nullptr, 0, nullptr);
 }
@@ -229,14 +246,14 @@ Result<std::unique_ptr<Executor>> Executor::create(Context& context) {
 }
 
 Result<void> Executor::execute(VkCommandBuffer commands, const Plan& plan, std::span<const Image> images,
-                               uint64_t frame_index, bool reset) {
+                               uint64_t frame_index, bool reset, std::span<const Buffer> buffers) {
     if (commands == VK_NULL_HANDLE)
         return Error{ErrorCode::invalid_argument, plan.effect + ": the command buffer is null"};
     if (const std::string defect = check_plan(plan); !defect.empty())
         return Error{ErrorCode::internal, defect};
     if (auto begun = state_->begin_frame(frame_index); !begun)
         return begun.error();
-    auto resolved = state_->resolve(plan, images, reset);
+    auto resolved = state_->resolve(plan, images, buffers, reset);
     if (!resolved)
         return resolved.error();
     state_->record(commands, plan, *resolved);

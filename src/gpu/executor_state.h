@@ -32,6 +32,12 @@ struct HistoryImages {
     bool clear_previous = true;
 };
 
+// A storage buffer that outlives its frame.
+struct StateBuffer {
+    std::unique_ptr<DeviceBuffer> buffer;
+    bool clear = true;
+};
+
 // A plan with its resources resolved, ready to be recorded without anything left that can fail.
 struct ResolvedPass {
     const Pipeline* pipeline = nullptr;
@@ -44,9 +50,10 @@ struct ResolvedPass {
 
 struct ResolvedPlan {
     std::vector<DeviceImage*> images;   // by resource
-    std::vector<DeviceBuffer*> buffers; // by resource
+    std::vector<DeviceBuffer*> buffers; // by resource; of the host's there is none
     std::vector<ResolvedPass> passes;
     std::vector<uint32_t> cleared_histories;
+    std::vector<uint32_t> cleared_states;
 };
 
 struct ExecutorState {
@@ -57,6 +64,7 @@ struct ExecutorState {
     bool has_frame = false;
     std::vector<FrameSlot> slots;
     std::vector<HistoryImages> histories;
+    std::vector<StateBuffer> states;
 
     ~ExecutorState();
 
@@ -64,22 +72,27 @@ struct ExecutorState {
     LastUse use() const { return {id, serial}; }
 
     Result<void> begin_frame(uint64_t index);
-    Result<ResolvedPlan> resolve(const Plan& plan, std::span<const Image> images, bool reset);
+    Result<ResolvedPlan> resolve(const Plan& plan, std::span<const Image> images, std::span<const Buffer> buffers,
+                                 bool reset);
     void release(const ResolvedPlan& resolved);
     void record(VkCommandBuffer commands, const Plan& plan, const ResolvedPlan& resolved);
 
   private:
     Result<void> resolve_history(const Resource& resource, bool reset, ResolvedPlan& resolved);
+    Result<void> resolve_state(const Resource& resource, bool reset, ResolvedPlan& resolved);
+    Result<void> check_host(const Plan& plan, std::span<const Image> images, std::span<const Buffer> buffers) const;
     Result<void> resolve_transients(const Plan& plan, ResolvedPlan& resolved);
     Result<DeviceImage*> acquire_image(const Resource& resource);
     Result<DeviceBuffer*> acquire_buffer(const Resource& resource);
     Result<void> write_set(const Plan& plan, const Pass& pass, std::span<const Image> images,
-                           const ResolvedPlan& resolved, ResolvedPass& out);
+                           std::span<const Buffer> buffers, const ResolvedPlan& resolved, ResolvedPass& out);
     Result<VkDescriptorSet> allocate_set(VkDescriptorSetLayout layout);
     Result<void> write_constants(const Pass& pass, ResolvedPass& out);
     Result<void> add_chunk(FrameSlot& slot);
     Result<void> dispatch_size(const Plan& plan, const Pass& pass, ResolvedPass& out) const;
     void record_opening(VkCommandBuffer commands, const Plan& plan, const ResolvedPlan& resolved);
+    void record_clears(VkCommandBuffer commands, const Plan& plan, const ResolvedPlan& resolved, bool clear_zeros,
+                       std::span<const VkImage> transients);
     void record_pass(VkCommandBuffer commands, const Plan& plan, const Pass& pass, const ResolvedPlan& resolved,
                      const ResolvedPass& pass_state);
     void timestamp(VkCommandBuffer commands, const std::string& pass);

@@ -13,7 +13,38 @@ constexpr uint64_t largest_constants = 16 * 1024; // the least maxUniformBufferR
 constexpr uint32_t sets_per_pool = 32;
 } // namespace
 
-Result<ResolvedPlan> ExecutorState::resolve(const Plan& plan, std::span<const Image> images, bool reset) {
+// What the plan takes of the host's must have been passed, and what it makes must be within the device's reach.
+Result<void> ExecutorState::check_host(const Plan& plan, std::span<const Image> images,
+                                       std::span<const Buffer> buffers) const {
+    const auto missing = [](const Resource& resource, const char* what, size_t count) {
+        return Error{ErrorCode::invalid_argument, std::string("the plan takes ") + what + " " +
+                                                      std::to_string(resource.index) + " ('" + resource.name +
+                                                      "'), but only " + std::to_string(count) + " were passed"};
+    };
+    for (const Resource& resource : plan.resources) {
+        if (resource.bytes > context->largest_buffer)
+            return Error{ErrorCode::unsupported,
+                         "buffer '" + resource.name + "' would be " + std::to_string(resource.bytes) +
+                             " bytes long; shaders of this device reach " + std::to_string(context->largest_buffer)};
+        if (resource.kind == ResourceKind::host && resource.index >= images.size())
+            return missing(resource, "image", images.size());
+        if (resource.kind != ResourceKind::host_buffer)
+            continue;
+        if (resource.index >= buffers.size())
+            return missing(resource, "buffer", buffers.size());
+        const Buffer& buffer = buffers[resource.index];
+        if (buffer.handle == VK_NULL_HANDLE || buffer.bytes < resource.bytes)
+            return Error{
+                ErrorCode::invalid_argument,
+                "buffer '" + resource.name + "' is " +
+                    (buffer.handle == VK_NULL_HANDLE ? "a null handle" : std::to_string(buffer.bytes) + " bytes long") +
+                    "; the plan takes " + std::to_string(resource.bytes) + " bytes of it"};
+    }
+    return {};
+}
+
+Result<ResolvedPlan> ExecutorState::resolve(const Plan& plan, std::span<const Image> images,
+                                            std::span<const Buffer> buffers, bool reset) {
     ResolvedPlan resolved;
     resolved.images.resize(plan.resources.size(), nullptr);
     resolved.buffers.resize(plan.resources.size(), nullptr);
@@ -22,12 +53,15 @@ Result<ResolvedPlan> ExecutorState::resolve(const Plan& plan, std::span<const Im
         release(resolved);
         return Error{error.code, plan.effect + ": " + error.message};
     };
+    if (auto passed = check_host(plan, images, buffers); !passed)
+        return fail(passed.error());
     for (const Resource& resource : plan.resources) {
         const auto number = static_cast<size_t>(&resource - plan.resources.data());
-        if (resource.kind == ResourceKind::host && resource.index >= images.size())
-            return fail({ErrorCode::invalid_argument, "the plan takes image " + std::to_string(resource.index) + " ('" +
-                                                          resource.name + "'), but only " +
-                                                          std::to_string(images.size()) + " were passed"});
+        if (resource.kind == ResourceKind::state) {
+            if (auto state = resolve_state(resource, reset, resolved); !state)
+                return fail(state.error());
+            resolved.buffers[number] = states[resource.index].buffer.get();
+        }
         if (resource.kind == ResourceKind::previous || resource.kind == ResourceKind::current) {
             // Either comes first in a plan: both sides must have the new extent before one is taken.
             if (auto history = resolve_history(resource, reset, resolved); !history)
@@ -49,7 +83,7 @@ Result<ResolvedPlan> ExecutorState::resolve(const Plan& plan, std::span<const Im
     if (auto transients = resolve_transients(plan, resolved); !transients)
         return fail(transients.error());
     for (size_t i = 0; i < plan.passes.size(); ++i) {
-        if (auto set = write_set(plan, plan.passes[i], images, resolved, resolved.passes[i]); !set)
+        if (auto set = write_set(plan, plan.passes[i], images, buffers, resolved, resolved.passes[i]); !set)
             return fail(set.error());
         if (i > 0 && plan.passes[i].constants == plan.passes[i - 1].constants) {
             // One copy for passes in a row, which the device finds in its caches.
@@ -88,6 +122,30 @@ Result<void> ExecutorState::resolve_history(const Resource& resource, bool reset
     const auto& cleared = resolved.cleared_histories;
     if (history.clear_previous && std::find(cleared.begin(), cleared.end(), resource.index) == cleared.end())
         resolved.cleared_histories.push_back(resource.index);
+    return {};
+}
+
+Result<void> ExecutorState::resolve_state(const Resource& resource, bool reset, ResolvedPlan& resolved) {
+    if (states.size() <= resource.index)
+        states.resize(resource.index + 1);
+    StateBuffer& state = states[resource.index];
+    if (!state.buffer || state.buffer->bytes != resource.bytes) {
+        if (state.buffer) {
+            context->history_bytes -= state.buffer->bytes;
+            context->retired_buffers.push_back(std::move(state.buffer));
+        }
+        auto created = context->create_buffer(
+            resource.bytes, VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT, false);
+        if (!created)
+            return Error{created.error().code, "state '" + resource.name + "': " + created.error().message};
+        state.buffer = std::move(*created);
+        context->history_bytes += state.buffer->bytes;
+        state.clear = true;
+    }
+    state.clear = state.clear || reset;
+    state.buffer->last_use = use();
+    if (state.clear)
+        resolved.cleared_states.push_back(resource.index);
     return {};
 }
 
@@ -235,7 +293,8 @@ Result<VkDescriptorSet> ExecutorState::allocate_set(VkDescriptorSetLayout layout
 }
 
 Result<void> ExecutorState::write_set(const Plan& plan, const Pass& pass, std::span<const Image> images,
-                                      const ResolvedPlan& resolved, ResolvedPass& out) {
+                                      std::span<const Buffer> buffers, const ResolvedPlan& resolved,
+                                      ResolvedPass& out) {
     auto set = allocate_set(out.pipeline->set_layout);
     if (!set)
         return set.error();
@@ -263,7 +322,10 @@ Result<void> ExecutorState::write_set(const Plan& plan, const Pass& pass, std::s
         } else if (resource->kind == ResourceKind::host) {
             image.imageView = images[resource->index].view;
             image.imageLayout = images[resource->index].layout;
-        } else if (resource->kind == ResourceKind::buffer) {
+        } else if (resource->kind == ResourceKind::host_buffer) {
+            const Buffer& buffer = buffers[resource->index];
+            buffer_infos[i] = {buffer.handle, buffer.offset, buffer.bytes};
+        } else if (resource->kind == ResourceKind::buffer || resource->kind == ResourceKind::state) {
             buffer_infos[i] = {resolved.buffers[access.resource]->buffer, 0, VK_WHOLE_SIZE};
         } else {
             const DeviceImage& device_image = *resolved.images[access.resource];

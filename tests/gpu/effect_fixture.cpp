@@ -17,10 +17,21 @@ constexpr const char* occlusion_looks[] = {
     "radius=5 filter_comparison=radius filter_weight=tent mip_rate=1",
 };
 
+// In front of the fixture's camera, where its wall and bar are in the way.
+constexpr const char* particle_looks[] = {
+    "attractor_strength=5 attractor_y=1 attractor_z=-3 wind_x=1 wind_y=0.5 wind_z=-2",
+    "direction_elevation=10 direction_azimuth=170 speed=6 bounce=0.5 lifetime=1 burst=800",
+    "emission=20 phase=0.5 burst=1000 time_scale=0.3 dilution=1",
+    "mode=half-angle scattering_blur=0.1 scattering_octaves=3 slices=16",
+    "emitter=box emitter_size=1 radius_end=1 soft_distance=1 near_fade=4 extinction=10 pairs_per_particle=1",
+};
+
 constexpr EffectFacts facts[] = {
     // Two tiles of 32 and the jitter of the tile lookup.
     {"motion-blur", 80, {}},
     {"ambient-occlusion", 128, occlusion_looks},
+    {"particles", 256, particle_looks, "position_y=-1 position_z=-4 count=1500 rate=600 burst=200 warm_up=0.5",
+     "count=3000 burst=3000 rate=6000 warm_up=2 shadow_resolution=256"},
 };
 
 float hash(uint32_t x, uint32_t y, uint32_t seed) {
@@ -205,17 +216,35 @@ std::string effect_test_name(const testing::TestParamInfo<const EffectInfo*>& in
     return name;
 }
 
+void apply_settings(ParameterSet& parameters, const char* settings) {
+    std::istringstream words(settings);
+    for (std::string word; words >> word;) {
+        const size_t equals = word.find('=');
+        expect_done(
+            set_parameter(parameters.table(), parameters.data(), word.substr(0, equals), word.substr(equals + 1)),
+            settings);
+    }
+}
+
+ParameterSet EffectTest::defaults() const {
+    ParameterSet parameters(*effect().parameters);
+    apply_settings(parameters, effect_facts(effect()).settings);
+    return parameters;
+}
+
+double EffectTest::maximum_of(const ParameterInfo& info) const {
+    std::istringstream words(effect_facts(effect()).maxima);
+    for (std::string word; words >> word;)
+        if (word.substr(0, word.find('=')) == info.name)
+            return std::stod(word.substr(word.find('=') + 1));
+    return info.maximum;
+}
+
 std::vector<EffectTest::Look> EffectTest::special_looks() const {
     std::vector<Look> result;
     for (const char* settings : effect_facts(effect()).looks) {
         result.emplace_back(settings, defaults());
-        std::istringstream words(settings);
-        for (std::string word; words >> word;) {
-            const size_t equals = word.find('=');
-            expect_done(set_parameter(*effect().parameters, result.back().second.data(), word.substr(0, equals),
-                                      word.substr(equals + 1)),
-                        settings);
-        }
+        apply_settings(result.back().second, settings);
     }
     return result;
 }
@@ -226,6 +255,7 @@ std::vector<EffectTest::Look> EffectTest::looks() const {
     for (const Preset& preset : effect().parameters->presets) {
         result.emplace_back(preset.name, defaults());
         expect_done(apply_preset(*effect().parameters, result.back().second.data(), preset.name), "apply_preset");
+        apply_settings(result.back().second, effect_facts(effect()).settings);
     }
     return result;
 }

@@ -23,10 +23,16 @@ struct EffectFacts {
     // Settings, "name=value name=value", under which parameters matter that the default and the presets leave without
     // effect. What no look shows is searched for blindly, which takes minutes.
     std::span<const char* const> looks;
+    // Set in every look, after its preset; and what stands for a parameter's maximum where that would take too long.
+    const char* settings = "";
+    const char* maxima = "";
 };
 
 // An effect without a row of its own gets a reach of 128 pixels and no looks.
 EffectFacts effect_facts(const EffectInfo& effect);
+
+// Sets "name=value name=value".
+void apply_settings(ParameterSet& parameters, const char* settings);
 
 // The effects as gtest parameters: instantiate with these and every later effect is tested as well.
 std::vector<const EffectInfo*> all_effects();
@@ -35,7 +41,8 @@ std::string effect_test_name(const testing::TestParamInfo<const EffectInfo*>& in
 class EffectTest : public GpuTest, public testing::WithParamInterface<const EffectInfo*> {
   protected:
     const EffectInfo& effect() const { return *GetParam(); }
-    ParameterSet defaults() const { return ParameterSet(*effect().parameters); }
+    ParameterSet defaults() const;
+    double maximum_of(const ParameterInfo& info) const;
     using Look = std::pair<std::string, ParameterSet>;
     // The default and every preset, by name.
     std::vector<Look> looks() const;

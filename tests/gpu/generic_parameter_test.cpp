@@ -37,7 +37,7 @@ class GenericParameter : public EffectTest {
     }
 
     // Values that ought to look different: the ends, and some between, where ends may saturate alike.
-    static std::vector<double> values_of(const ParameterInfo& info, const ParameterSet& base) {
+    std::vector<double> values_of(const ParameterInfo& info, const ParameterSet& base) const {
         if (info.kind == ParameterKind::boolean)
             return {0.0, 1.0};
         std::vector<double> values;
@@ -47,9 +47,10 @@ class GenericParameter : public EffectTest {
             return values;
         }
         const double own = info.get(base.data());
-        values = {own, info.maximum, info.minimum};
+        const double maximum = maximum_of(info);
+        values = {own, maximum, info.minimum};
         for (const double share : {0.05, 0.3})
-            values.push_back(info.minimum + share * (info.maximum - info.minimum));
+            values.push_back(info.minimum + share * (maximum - info.minimum));
         values.push_back(std::max(info.minimum, 0.25 * own));
         if (info.kind == ParameterKind::integer)
             for (double& value : values)
@@ -76,7 +77,7 @@ class GenericParameter : public EffectTest {
         for (const ParameterInfo& other : effect().parameters->parameters) {
             if (&other == &info)
                 continue;
-            std::vector<double> values = {other.minimum, other.maximum};
+            std::vector<double> values = {other.minimum, maximum_of(other)};
             if (other.kind == ParameterKind::choice) {
                 values.clear();
                 for (size_t i = 0; i < other.choices.size(); ++i)
@@ -120,7 +121,7 @@ TEST_P(GenericParameter, every_parameter_matters) {
 TEST_P(GenericParameter, limits_and_choices_give_finite_pictures) {
     use(small);
     for (const ParameterInfo& info : effect().parameters->parameters) {
-        std::vector<double> values = {info.minimum, info.maximum};
+        std::vector<double> values = {info.minimum, maximum_of(info)};
         for (size_t i = 1; i + 1 < info.choices.size(); ++i)
             values.push_back(static_cast<double>(i));
         for (const double value : values) {
@@ -137,7 +138,7 @@ TEST_P(GenericParameter, all_at_their_limits) {
         ParameterSet parameters = defaults();
         for (const ParameterInfo& info : effect().parameters->parameters)
             if (!(info.flags & parameter_debug))
-                info.set(parameters.data(), maximum ? info.maximum : info.minimum);
+                info.set(parameters.data(), maximum ? maximum_of(info) : info.minimum);
         EXPECT_TRUE(all_finite(run(parameters, small))) << (maximum ? "maximum" : "minimum");
     }
 }

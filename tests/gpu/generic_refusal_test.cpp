@@ -1,6 +1,7 @@
 // A host's mistakes, each in turn, for every effect: an Error that names the thing, and nothing recorded.
 #include "tests/gpu/effect_fixture.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sfumato::test {
@@ -93,6 +94,40 @@ TEST_P(Refusal, images) {
     }
 }
 
+TEST_P(Refusal, buffers) {
+    const apps::HostBuffer made = expect_value(device().create_buffer(1 << 16), "create_buffer");
+    for (const BufferRole& role : effect().buffers) {
+        Buffer before;
+        const auto refused = [&](const Buffer& buffer, const std::string& part) {
+            const auto put = [&](void* images) {
+                before = role.get(images);
+                role.get(images) = buffer;
+            };
+            expect(message(put, defaults(), fixture_frame(1, extent)),
+                   {effect().name, std::string("'") + role.name + "'", part});
+            message([&](void* images) { role.get(images) = before; }, defaults(), fixture_frame(1, extent));
+        };
+        const uint64_t element = role.element_bytes;
+        if (!role.is_optional())
+            refused({}, "missing");
+        refused({VK_NULL_HANDLE, 0, element}, "null");
+        refused({made.handle(), 0, element + 1}, "multiple of " + std::to_string(element));
+        refused({made.handle(), 0, role.largest_bytes + element}, "at most");
+        refused({made.handle(), 16, element}, "byte 16");
+        // One range for two roles, of which one is written.
+        for (const BufferRole& other : effect().buffers)
+            if (&other != &role && (role.is_output() || other.is_output())) {
+                const auto put = [&](void* images) {
+                    role.get(images) = {made.handle(), 0, element};
+                    other.get(images) = {made.handle(), 0, other.element_bytes};
+                };
+                expect(message(put, defaults(), fixture_frame(1, extent)), {"overlaps"});
+                const auto clear = [&](void* images) { role.get(images) = other.get(images) = {}; };
+                message(clear, defaults(), fixture_frame(1, extent));
+            }
+    }
+}
+
 TEST_P(Refusal, working_in_place) {
     for (const ImageRole& output : effect().images)
         for (const ImageRole& input : effect().images)
@@ -115,7 +150,7 @@ TEST_P(Refusal, parameters) {
         if (info.kind == ParameterKind::real)
             values = {NAN, INFINITY, -INFINITY};
         if (info.kind != ParameterKind::boolean) {
-            values.push_back(info.maximum + 1.0);
+            values.push_back(info.maximum + std::max(1.0, 1e-5 * info.maximum));
             values.push_back(info.minimum - 1.0);
         }
         for (const double value : values) {
@@ -138,6 +173,25 @@ TEST_P(Refusal, frames) {
     expect(with([](Frame& frame) { frame.camera->projection[0] = NAN; }), {"frame.camera", "NaN"});
     expect(with([](Frame& frame) { frame.previous_camera->world_to_view[3] = INFINITY; }), {"frame.previous_camera"});
     expect(with([](Frame& frame) { frame.next_camera->jitter[0] = NAN; }), {"frame.next_camera"});
+    std::vector<Light> lights(most_lights + 1);
+    std::vector<Collider> colliders(most_colliders + 1);
+    expect(with([&](Frame& frame) { frame.lights = lights; }), {"frame.lights", "5", "at most 4"});
+    expect(with([&](Frame& frame) { frame.colliders = colliders; }), {"frame.colliders", "33", "at most 32"});
+    lights.resize(2);
+    lights[1].radiance[0] = NAN;
+    expect(with([&](Frame& frame) { frame.lights = lights; }), {"frame.lights[1]", "NaN"});
+    lights[1] = {.to_light = {0, 0, 0}};
+    expect(with([&](Frame& frame) { frame.lights = lights; }), {"frame.lights[1]", "direction"});
+    colliders.resize(3);
+    colliders[2].velocity[1] = INFINITY;
+    expect(with([&](Frame& frame) { frame.colliders = colliders; }), {"frame.colliders[2]", "infinity"});
+    colliders[2] = {.shape = ColliderShape::box, .size = {1, 0, 1}};
+    expect(with([&](Frame& frame) { frame.colliders = colliders; }), {"frame.colliders[2]", "size"});
+    colliders[2] = {};
+    colliders[2].axes[1] = {0, 0.5f, 0};
+    expect(with([&](Frame& frame) { frame.colliders = colliders; }), {"frame.colliders[2]", "axes"});
+    colliders[2] = {.shape = static_cast<ColliderShape>(7)};
+    expect(with([&](Frame& frame) { frame.colliders = colliders; }), {"frame.colliders[2]", "shape 7"});
     expect(with([](Frame& frame) {
                frame.depth_kind = DepthKind::device;
                frame.camera.reset();

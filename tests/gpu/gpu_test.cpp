@@ -107,11 +107,20 @@ void run_commands(const std::function<void(VkCommandBuffer)>& record) {
     expect_done(device().submit_and_wait(), "submit");
 }
 
+void show_host(VkCommandBuffer commands) {
+    const VkMemoryBarrier barrier{VK_STRUCTURE_TYPE_MEMORY_BARRIER, nullptr, VK_ACCESS_SHADER_WRITE_BIT,
+                                  VK_ACCESS_HOST_READ_BIT};
+    device().functions().CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_PIPELINE_STAGE_HOST_BIT,
+                                            0, 1, &barrier, 0, nullptr, 0, nullptr);
+}
+
 EffectRig::EffectRig(Context& context, const EffectInfo& effect)
     : effect_(&effect), instance_(expect_value(AnyEffect::create(context, effect), "AnyEffect::create")),
       storage_(effect.images_size) {
     for (const ImageRole& role : effect.images)
         new (&role.get(storage_.data())) Image{};
+    for (const BufferRole& role : effect.buffers)
+        new (&role.get(storage_.data())) Buffer{};
 }
 
 void EffectRig::set(const std::string& role, const FloatImage& image, std::optional<VkFormat> format) {
@@ -120,6 +129,12 @@ void EffectRig::set(const std::string& role, const FloatImage& image, std::optio
 
 void EffectRig::remove(const std::string& role) {
     images_.erase(role);
+}
+
+void EffectRig::set_buffer(const std::string& role, const Buffer& buffer) {
+    for (const BufferRole& known : effect_->buffers)
+        if (role == known.name)
+            known.get(storage_.data()) = buffer;
 }
 
 void EffectRig::make_outputs() {
@@ -148,16 +163,28 @@ Result<void> EffectRig::record(VkCommandBuffer commands, const Frame& frame, con
     return instance_->record(commands, frame, parameters, storage_.data());
 }
 
-bool EffectRig::keeps_history(const Frame& frame, const void* parameters) {
+bool EffectRig::has_kind(const Frame& frame, const void* parameters, std::initializer_list<ResourceKind> kinds) {
     make_outputs();
     const Plan plan = expect_value(plan_effect(*effect_, frame, parameters, storage_.data()), "plan");
-    return std::any_of(plan.resources.begin(), plan.resources.end(),
-                       [](const Resource& resource) { return resource.kind == ResourceKind::previous; });
+    return std::any_of(plan.resources.begin(), plan.resources.end(), [&](const Resource& resource) {
+        return std::find(kinds.begin(), kinds.end(), resource.kind) != kinds.end();
+    });
+}
+
+bool EffectRig::keeps_history(const Frame& frame, const void* parameters) {
+    return has_kind(frame, parameters, {ResourceKind::previous, ResourceKind::state});
+}
+
+bool EffectRig::keeps_state(const Frame& frame, const void* parameters) {
+    return has_kind(frame, parameters, {ResourceKind::state});
 }
 
 FloatImage EffectRig::run(const Frame& frame, const void* parameters) {
     make_outputs();
-    run_commands([&](VkCommandBuffer commands) { expect_done(record(commands, frame, parameters), "record"); });
+    run_commands([&](VkCommandBuffer commands) {
+        expect_done(record(commands, frame, parameters), "record");
+        show_host(commands);
+    });
     // One below the other.
     FloatImage all;
     for (const ImageRole& role : effect_->images)

@@ -63,6 +63,9 @@ FloatImage read_back(const apps::HostImage& image);
 // Records with `record`, submits, waits.
 void run_commands(const std::function<void(VkCommandBuffer)>& record);
 
+// Makes what shaders wrote to buffers in host memory readable there, once the commands have finished.
+void show_host(VkCommandBuffer commands);
+
 // One effect instance, with its images on the device: inputs are set by role name and stay until they are set again;
 // outputs are made for the first image's extent.
 class EffectRig {
@@ -71,13 +74,16 @@ class EffectRig {
 
     void set(const std::string& role, const FloatImage& image, std::optional<VkFormat> format = {});
     void remove(const std::string& role);
+    // The buffer stays the caller's.
+    void set_buffer(const std::string& role, const Buffer& buffer);
 
     VkFormat output_format = VK_FORMAT_R32G32B32A32_SFLOAT;
     bool optional_outputs = true;
     float sentinel = 0.0f; // outputs are filled with it before the effect runs
 
-    // Whether what comes out depends on the frames before.
+    // Whether what comes out depends on the frames before: by images or buffers; by buffers alone.
     bool keeps_history(const Frame& frame, const void* parameters);
+    bool keeps_state(const Frame& frame, const void* parameters);
     // Records, submits, waits, reads the outputs back, one below the other.
     FloatImage run(const Frame& frame, const void* parameters);
     // The same up to recording, with the images changed by `change`: for what must be refused.
@@ -86,6 +92,7 @@ class EffectRig {
 
   private:
     void make_outputs();
+    bool has_kind(const Frame& frame, const void* parameters, std::initializer_list<ResourceKind> kinds);
     const EffectInfo* effect_;
     std::unique_ptr<AnyEffect> instance_;
     std::map<std::string, apps::HostImage> images_;

@@ -166,7 +166,7 @@ TEST(Parameters, unknown_names_get_the_nearest) {
     for (const ParameterTable* table : tables())
         for (const ParameterInfo& info : table->parameters) {
             ParameterSet set(*table);
-            const std::string misspelt = std::string(info.name) + "x";
+            const std::string misspelt = std::string(info.name) + "~";
             const auto done = set_parameter(*table, set.data(), misspelt, "1");
             ASSERT_FALSE(done);
             EXPECT_NE(done.error().message.find("did you mean '" + std::string(info.name) + "'"), std::string::npos)
@@ -265,7 +265,13 @@ TEST(Effects, describe_themselves) {
             has_output = has_output || role.is_output();
         }
         EXPECT_TRUE(has_output);
-        EXPECT_EQ(effect->images_size, effect->images.size() * sizeof(Image)) << "an image without a role";
+        for (const BufferRole& role : effect->buffers) {
+            EXPECT_TRUE(roles.insert(role.name).second) << role.name;
+            EXPECT_GE(std::strlen(role.doc), 5u);
+            EXPECT_TRUE(role.element_bytes > 0 && role.largest_bytes % role.element_bytes == 0);
+        }
+        EXPECT_EQ(effect->images_size, effect->images.size() * sizeof(Image) + effect->buffers.size() * sizeof(Buffer))
+            << "an image or buffer without a role";
     }
     EXPECT_EQ(find_effect("motion_blur"), nullptr);
 }

@@ -125,6 +125,21 @@ TEST(Barriers, a_barrier_on_the_way_is_widened_to_commands) {
     EXPECT_EQ(barriers(std::move(planner).finish()), (std::vector{B::none, B::memory_and_indirect, B::none}));
 }
 
+TEST(Barriers, states_and_host_buffers_are_tracked_like_other_resources) {
+    Planner planner("test");
+    const ResourceId given = planner.host_buffer("given", 0, {VK_NULL_HANDLE, 0, 64}, 16);
+    const ResourceId state = planner.state("state", 64, 16);
+    const ResourceId other = planner.state("other", 64, 16);
+    add(planner, {read_buffer(given), write_buffer(state)}, over(state));
+    add(planner, {read_buffer(given), write_buffer(other)}, over(other)); // another state
+    add(planner, {read_buffer(state), write_buffer(given)}, over(given));
+    add(planner, {write_buffer(state)}, over(state)); // was read
+    const Plan plan = std::move(planner).finish();
+    EXPECT_EQ(barriers(plan), (std::vector{B::none, B::none, B::memory, B::memory}));
+    EXPECT_EQ(plan.resources[state].index, 0u);
+    EXPECT_EQ(plan.resources[other].index, 1u);
+}
+
 // ------------------------------------------------------------------------------------------ random plans
 
 bool conflict(const Access& a, const Access& b) {
@@ -204,7 +219,7 @@ TEST(Barriers, random_plans_have_no_unguarded_hazard_and_no_superfluous_barrier)
         for (uint32_t i = 0, n = 1 + below(4); i < n; ++i)
             images.push_back(planner.transient("image", format, extent, 1 + below(3)));
         for (uint32_t i = 0, n = 1 + below(2); i < n; ++i)
-            buffers.push_back(planner.buffer("buffer", 64));
+            buffers.push_back(below(2) ? planner.buffer("buffer", 64) : planner.state("state", 64));
         for (uint32_t p = 0, n = 1 + below(10); p < n; ++p) {
             std::vector<Access> accesses;
             for (uint32_t a = 0, m = below(4); a < m; ++a) {
@@ -239,6 +254,10 @@ Image host_image() {
     return {VK_NULL_HANDLE, VK_NULL_HANDLE, format, extent, VK_IMAGE_LAYOUT_GENERAL};
 }
 
+Buffer host_buffer() {
+    return {VK_NULL_HANDLE, 0, 64};
+}
+
 TEST(CheckPlan, sound_plans_pass) {
     EXPECT_EQ(defect_of([](Planner& p) {
                   const ResourceId input = p.host("input", 0, host_image());
@@ -250,6 +269,19 @@ TEST(CheckPlan, sound_plans_pass) {
                   add(p, {fetch(mips, 0), write(mips, 1)}, {DispatchKind::texels, mips, 1, 0});
                   add(p, {fetch(mips, all_mips), fetch(history.previous), write(history.current)}, from(commands));
                   add(p, {fetch(history.current), write(output), read_buffer(commands)}, over(output));
+              }),
+              "");
+}
+
+// Host buffers and states hold something from the start, and passes are dispatched over the elements of any buffer.
+TEST(CheckPlan, buffers_that_outlive_the_plan_may_be_read_first) {
+    EXPECT_EQ(defect_of([](Planner& p) {
+                  const ResourceId given = p.host_buffer("given", 0, host_buffer(), 16);
+                  const ResourceId state = p.state("state", 256, 16);
+                  const ResourceId made = p.buffer("made", 64, 16);
+                  add(p, {read_buffer(given), read_buffer(state), write_buffer(made)}, over(made));
+                  add(p, {read_buffer(made), write_buffer(state)}, over(state));
+                  add(p, {read_buffer(state), write_buffer(given)}, {DispatchKind::groups, given, 0, 0, {4, 1}});
               }),
               "");
 }
@@ -367,6 +399,39 @@ TEST(CheckPlan, finds_every_defect) {
              p.host("a", 3, host_image());
              add(p, {}, over(p.host("b", 3, host_image())));
          }},
+        {"host buffer 3 twice, as a and b",
+         [](Planner& p) {
+             p.host_buffer("a", 3, host_buffer(), 4);
+             add(p, {}, over(p.host_buffer("b", 3, host_buffer(), 4)));
+         }},
+        {"wrong kind",
+         [](Planner& p) {
+             const ResourceId a = p.state("a", 64, 4);
+             add(p, {fetch(a)}, over(a));
+         }},
+        {"wrong kind",
+         [](Planner& p) {
+             const ResourceId a = p.host_buffer("a", 0, host_buffer(), 4);
+             add(p, {write(a)}, over(a));
+         }},
+        {"before anything wrote it", // a transient buffer, whatever the others are
+         [](Planner& p) {
+             const ResourceId a = p.buffer("a", 64, 4);
+             add(p, {read_buffer(a), write_buffer(p.state("b", 64, 4))}, over(a));
+         }},
+        {"twice, once for writing",
+         [](Planner& p) {
+             const ResourceId a = p.state("a", 64, 4);
+             add(p, {read_buffer(a), write_buffer(a)}, over(a));
+         }},
+        {"holds no command", // of an earlier frame
+         [](Planner& p) {
+             const ResourceId a = p.state("a", 64, 4);
+             add(p, {write_buffer(a)}, over(a));
+             add(p, {}, from(a));
+         }},
+        {"whole words", [](Planner& p) { p.buffer("a", 0); }},
+        {"whole words", [](Planner& p) { p.state("a", 6); }},
         {"0 mips", [](Planner& p) { p.transient("a", format, extent, 0); }},
     };
     for (const Case& item : cases) {
@@ -378,6 +443,7 @@ TEST(CheckPlan, finds_every_defect) {
 TEST(Planner, absent_host_images_are_no_resource) {
     Planner planner("test");
     EXPECT_EQ(planner.host("a", 0, Image{}), no_resource);
+    EXPECT_EQ(planner.host_buffer("a", 0, Buffer{}, 4), no_resource);
     EXPECT_EQ(planner.host("b", 1, host_image()), 0u);
     EXPECT_EQ(planner.extent(0), extent);
     EXPECT_EQ(extent_text(extent), "8×8");

@@ -1,4 +1,4 @@
-// passes: fill copy accumulate combine command stamp large count_groups
+// passes: fill copy accumulate combine command stamp large count_groups add_words
 // Small passes for the executor's tests, each with an output that a few lines of C++ can predict.
 #version 450
 
@@ -101,5 +101,17 @@ void main() {
     barrier();
     if (gl_LocalInvocationIndex == 0u)
         imageStore(target, ivec2(gl_WorkGroupID.xy), vec4(float(threads)));
+}
+#endif
+
+#ifdef PASS_add_words
+// Each word of the target grows by the source's word and one.
+layout(local_size_x = 64) in;
+layout(std430, set = 0, binding = 0) readonly buffer Source { uint source[]; };
+layout(std430, set = 0, binding = 1) buffer Target { uint target[]; };
+void main() {
+    const uint i = gl_GlobalInvocationID.x;
+    if (i < uint(target.length()))
+        target[i] += source[i] + 1u;
 }
 #endif
