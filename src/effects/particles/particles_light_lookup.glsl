@@ -1,0 +1,52 @@
+// Optical depth between a light and a place, read from the light's summed layers.
+
+float layer_texel(uint start, ivec2 texel) {
+    const ivec2 at = clamp(texel, ivec2(0), ivec2(side) - 1);
+    return float(volume.data[start + uint(at.y) * side + uint(at.x)]);
+}
+
+// `texel` in texels; layer -1 is in front of everything. 0 outside the buffer: its rim is empty.
+float summed_layer(uint light, int layer, vec2 texel) {
+    if (layer < 0)
+        return 0.0;
+    const uint start = (light * layers + uint(layer)) * side * side;
+    const vec2 corner = clamp(texel, vec2(-1), vec2(float(side) + 1.0)) - 0.5;
+    const ivec2 first = ivec2(floor(corner));
+    const vec2 part = corner - vec2(first);
+    const float upper = mix(layer_texel(start, first), layer_texel(start, first + ivec2(1, 0)), part.x);
+    const float lower = mix(layer_texel(start, first + ivec2(0, 1)), layer_texel(start, first + ivec2(1, 1)), part.x);
+    return mix(upper, lower, part.y) * uintBitsToFloat(facts.data[fact_unit]);
+}
+
+// Slices: everything in the layers before this one, as the document's alternation of picture and shadow buffer has it.
+float depth_before_layer(uint light, vec2 texel, uint layer) { return summed_layer(light, int(layer) - 1, texel); }
+
+// Between the layers' faces optical depth grows evenly.
+float depth_at(uint light, LightSpace space, vec2 texel, float along) {
+    const float at = clamp((along - space.first) / space.spacing, 0.0, float(layers));
+    const int layer = int(min(at, float(layers) - 1.0));
+    return mix(summed_layer(light, layer - 1, texel), summed_layer(light, layer, texel), at - float(layer));
+}
+
+// A particle's own share of what is read at its middle: that of the four texels it is interpolated from.
+float own_depth(Footprint f) {
+    const vec2 corner = f.middle - 0.5;
+    const vec2 first = floor(corner), part = corner - first;
+    const float upper = mix(footprint_chord(f, first + 0.5), footprint_chord(f, first + vec2(1.5, 0.5)), part.x);
+    const float lower = mix(footprint_chord(f, first + vec2(0.5, 1.5)), footprint_chord(f, first + 1.5), part.x);
+    float depth = f.depth * mix(upper, lower, part.y);
+    if (f.radius < exact_radius) {
+        float chords = 0.0;
+        for (int column = 0; column < 8; ++column)
+            chords += column_sum(f, column);
+        depth *= mass_factor(f, chords);
+    }
+    return depth;
+}
+
+// For a particle: it does not shadow itself, though its layer holds it.
+float depth_before(uint light, LightSpace space, Footprint f, vec3 place) {
+    const float at = (place.z - space.first) / space.spacing;
+    const float within = clamp(at - floor(min(at, float(layers) - 1.0)), 0.0, 1.0);
+    return max(depth_at(light, space, f.middle, place.z) - (scattering ? 0.0 : within * own_depth(f)), 0.0);
+}
