@@ -9,7 +9,7 @@ class ParticleDrawTruth : public GpuTest {};
 double error_of(double angle, ParticleMode mode, int layers) {
     ParticleShot shot = cloud_shot(angle);
     shot.parameters.mode = mode;
-    shot.parameters.slices = shot.parameters.layers = layers;
+    (mode == ParticleMode::half_angle ? shot.parameters.slices : shot.parameters.layers) = layers;
     const scene::ParticleError error = shot.error();
     std::printf("  %3.0f degrees, %s %3d: RMSE %.4f, bias %+.3f, P99 %.4f\n", angle,
                 mode == ParticleMode::half_angle ? "half-angle  " : "light-volume", layers, error.rmse, error.bias,

@@ -19,7 +19,7 @@ namespace {
 using gpu::ParticleDrawConstants;
 
 constexpr uint32_t facts_words = 96;
-constexpr uint32_t record_bytes = 24;
+constexpr uint32_t record_bytes = 32;
 constexpr uint32_t tile_side = 16;
 
 Access write(ResourceId resource) {

@@ -18,7 +18,7 @@ layout(set = 0, binding = 2) readonly buffer Sorted { uint data[]; } sorted;
 layout(set = 0, binding = 3) readonly buffer Count { uint data[]; } count;
 layout(set = 0, binding = 4) readonly buffer Volume { uint data[]; } volume;
 layout(set = 0, binding = 5) uniform sampler2D shadow_map;
-layout(set = 0, binding = 6) writeonly buffer Records { uvec2 data[]; } records; // three a particle
+layout(set = 0, binding = 6) writeonly buffer Records { uvec4 data[]; } records; // two a particle
 layout(set = 0, binding = 7) writeonly buffer Touched { uint data[]; } touched;  // tiles
 layout(set = 0, binding = 8) writeonly buffer Velocities { uint data[]; } velocities;
 
@@ -69,24 +69,69 @@ vec3 scattered(vec3 radiance, float optical_depth, float cosine) {
     return radiance * sum / (4.0 * pi);
 }
 
-vec3 lit_colour(Sprite s, uint layer) {
+// Light varies over a large particle: it is looked up in the middle and at four places of the disc, which together have
+// the disc's mean (weighted by its chords) and give its slopes and curves.
+const uint taps = 5u;
+const float tap_distance = 0.70710678; // radii
+
+struct Lit {
+    vec3 colour; // mean
+    vec4 shape;  // factor = 1 + shape.x u + shape.y v + shape.z (u² - 1/5) + shape.w (v² - 1/5), u and v in radii
+};
+
+vec3 tap_offset(uint tap) {
+    const float distance_out = (tap & 1u) != 0u ? tap_distance : -tap_distance;
+    // On the picture v goes down.
+    return tap == 0u  ? vec3(0)
+           : tap < 3u ? constants.world_from_view[0].xyz * distance_out
+                      : constants.world_from_view[1].xyz * -distance_out;
+}
+
+Lit lit_sprite(Sprite s, uint layer, uint tap_count) {
     const vec3 eye = constants.world_from_view[3].xyz;
     const vec3 to_eye = is_perspective() ? normalize(eye - s.position) : constants.world_from_view[2].xyz;
-    vec3 light_sum = constants.ambient.rgb;
+    vec3 light_sums[taps];
+    [[unroll]] for (uint tap = 0u; tap < taps; ++tap)
+        light_sums[tap] = constants.ambient.rgb;
     for (uint l = 0u; l < light_count; ++l) {
         const mat4 light = light_of(l);
         const LightSpace space = space_of(l);
         const vec3 place = light_space(light, s.position);
         const Footprint f = footprint_of(space, place.xy, s.radius, 2.0 * s.radius * s.extinction);
-        const float depth = by_rank && l == 0u ? depth_before_layer(l, f.middle, layer)
-                                               : depth_before(l, space, f, place);
+        const float own = own_factor(f);
         vec3 radiance = light[3].xyz;
         if (has_shadow_map && l == 0u)
             radiance *= scene_visibility(s.position);
         // Light travels along -towards and leaves along to_eye.
-        light_sum += scattered(radiance, depth, dot(-light[2].xyz, to_eye));
+        const float cosine = dot(-light[2].xyz, to_eye);
+        [[unroll]] for (uint tap = 0u; tap < taps; ++tap) {
+            if (tap >= tap_count)
+                break;
+            const vec3 offset = tap_offset(tap) * s.radius;
+            const vec2 texel =
+                f.middle + vec2(dot(light[0].xyz, offset), dot(light[1].xyz, offset)) / space.texel;
+            const float depth = by_rank && l == 0u ? depth_before_layer(l, texel, layer)
+                                                   : depth_before(l, space, f, texel, place.z, own);
+            light_sums[tap] += scattered(radiance, depth, cosine);
+        }
     }
-    return s.albedo * light_sum + glow(s.emission);
+    const vec3 shine = glow(s.emission);
+    Lit lit = Lit(s.albedo * light_sums[0] + shine, vec4(0));
+    if (tap_count < taps)
+        return lit;
+    vec3 sum = vec3(0);
+    float bright[taps];
+    [[unroll]] for (uint tap = 0u; tap < taps; ++tap) {
+        const vec3 colour = s.albedo * light_sums[tap] + shine;
+        sum += colour;
+        bright[tap] = luminance(colour);
+    }
+    lit.colour = sum / float(taps);
+    const float scale = 1.0 / max(luminance(lit.colour), 1e-9);
+    lit.shape = vec4(bright[1] - bright[2], bright[3] - bright[4], bright[1] + bright[2] - 2.0 * bright[0],
+                     bright[3] + bright[4] - 2.0 * bright[0]) *
+                (scale / vec4(2.0 * tap_distance, 2.0 * tap_distance, 1, 1));
+    return lit;
 }
 
 // Pixels a frame: where the particle is minus where it was.
@@ -129,14 +174,15 @@ void main() {
     if (tiles == 0u)
         return;
     const uint layer = rank / max((live + layers - 1u) / layers, 1u);
-    vec3 colour = lit_colour(s, layer);
+    // What covers few pixels needs no more than its middle.
+    Lit lit = lit_sprite(s, layer, disc.radius < 1.5 ? 1u : taps);
     if (view == 1u)
-        colour = vec3(float(rank) / float(max(live - 1u, 1u)));
+        lit = Lit(vec3(float(rank) / float(max(live - 1u, 1u))), vec4(0));
     if (view == 2u) {
         const LightSpace space = space_of(0u);
         const float place = (light_space(constants.light_0, s.position).z - space.first) / space.spacing;
         const uint slice = by_rank ? layer : uint(clamp(place, 0.0, float(layers - 1u)));
-        colour = hue(float(slice) * 0.381966) * ((slice & 1u) == 0u ? 1.0 : 0.6);
+        lit = Lit(hue(float(slice) * 0.381966) * ((slice & 1u) == 0u ? 1.0 : 0.6), vec4(0));
     }
     // Optical depth fades in behind the near plane; a disc smaller than a pixel is drawn as large as one, and thinner.
     float depth = s.radius * s.extinction * disc.radius * disc.radius / (radius * radius);
@@ -145,10 +191,10 @@ void main() {
     if (radius < exact_radius)
         depth *= pixel_mass_factor(disc.middle, radius);
     depth = min(depth, 60000.0); // of half the sphere: half floats hold it in whatever unit extinction is
-    records.data[3u * rank] = floatBitsToUint(disc.middle);
-    records.data[3u * rank + 1u] = floatBitsToUint(vec2(radius, disc.depth));
-    records.data[3u * rank + 2u] =
-        uvec2(packHalf2x16(vec2(depth, min(colour.r, 65000.0))), packHalf2x16(min(colour.gb, vec2(65000.0))));
+    const vec3 colour = min(lit.colour, vec3(65000.0));
+    records.data[2u * rank] = uvec4(floatBitsToUint(disc.middle), floatBitsToUint(vec2(radius, disc.depth)));
+    records.data[2u * rank + 1u] = uvec4(packHalf2x16(vec2(depth, colour.r)), packHalf2x16(colour.gb),
+                                         packHalf2x16(lit.shape.xy), packHalf2x16(lit.shape.zw));
     if (writes_velocity)
         velocities.data[rank] = packHalf2x16(screen_velocity(s, disc, constants.time_step));
 }

@@ -28,25 +28,28 @@ float depth_at(uint light, LightSpace space, vec2 texel, float along) {
     return mix(summed_layer(light, layer - 1, texel), summed_layer(light, layer, texel), at - float(layer));
 }
 
-// A particle's own share of what is read at its middle: that of the four texels it is interpolated from.
-float own_depth(Footprint f) {
-    const vec2 corner = f.middle - 0.5;
+// A particle's own share of what is read at a place: that of the four texels it is interpolated from.
+float own_depth(Footprint f, vec2 texel, float factor) {
+    const vec2 corner = texel - 0.5;
     const vec2 first = floor(corner), part = corner - first;
     const float upper = mix(footprint_chord(f, first + 0.5), footprint_chord(f, first + vec2(1.5, 0.5)), part.x);
     const float lower = mix(footprint_chord(f, first + vec2(0.5, 1.5)), footprint_chord(f, first + 1.5), part.x);
-    float depth = f.depth * mix(upper, lower, part.y);
-    if (f.radius < exact_radius) {
-        float chords = 0.0;
-        for (int column = 0; column < 8; ++column)
-            chords += column_sum(f, column);
-        depth *= mass_factor(f, chords);
-    }
-    return depth;
+    return f.depth * factor * mix(upper, lower, part.y);
+}
+
+// What the particle's chords on few texels were multiplied by.
+float own_factor(Footprint f) {
+    if (f.radius >= exact_radius)
+        return 1.0;
+    float chords = 0.0;
+    for (int column = 0; column < 8; ++column)
+        chords += column_sum(f, column);
+    return mass_factor(f, chords);
 }
 
 // For a particle: it does not shadow itself, though its layer holds it.
-float depth_before(uint light, LightSpace space, Footprint f, vec3 place) {
-    const float at = (place.z - space.first) / space.spacing;
-    const float within = clamp(at - floor(min(at, float(layers) - 1.0)), 0.0, 1.0);
-    return max(depth_at(light, space, f.middle, place.z) - (scattering ? 0.0 : within * own_depth(f)), 0.0);
+float depth_before(uint light, LightSpace space, Footprint f, vec2 texel, float along, float own) {
+    const float at = clamp((along - space.first) / space.spacing, 0.0, float(layers));
+    const float within = at - floor(min(at, float(layers) - 1.0));
+    return max(depth_at(light, space, texel, along) - (scattering ? 0.0 : within * own_depth(f, texel, own)), 0.0);
 }

@@ -10,7 +10,7 @@ layout(constant_id = 3) const bool perspective = true;
 
 layout(set = 0, binding = 0) readonly buffer Ranges { uvec2 data[]; } ranges;
 layout(set = 0, binding = 1) readonly buffer Ranks { uint data[]; } ranks;
-layout(set = 0, binding = 2) readonly buffer Records { uvec2 data[]; } records;
+layout(set = 0, binding = 2) readonly buffer Records { uvec4 data[]; } records;
 layout(set = 0, binding = 3) readonly buffer Velocities { uint data[]; } velocities;
 layout(set = 0, binding = 4) uniform sampler2D depth_image; // nearest and farthest of the block
 layout(set = 0, binding = 5) uniform writeonly image2D far_image;
@@ -21,8 +21,9 @@ const float opaque = 1.0 / 1024.0; // transmittance below which nothing more is 
 const uint blocks = 8u;
 const uint words = 8u; // of 32 particles
 
-shared vec4 shape[256];   // middle, 1 / radius², depth of the sphere's half in powers of two
+shared vec4 shape[256];   // middle, 1 / radius, optical depth of half the sphere in powers of two
 shared uvec4 look[256];   // view depth, radius in scene units, colour as halves
+shared uvec2 light[256];  // how it varies over the disc, as halves
 shared uint moved[256];
 shared uint hits[blocks * words];
 shared uint unfinished;
@@ -41,14 +42,15 @@ uint blocks_hit(vec2 middle, float radius) {
 void stage(uint pair, vec2 origin) {
     const uint thread = gl_LocalInvocationIndex;
     const uint rank = ranks.data[pair];
-    const vec2 middle = uintBitsToFloat(records.data[3u * rank]) - origin;
-    const vec2 radius_depth = uintBitsToFloat(records.data[3u * rank + 1u]);
-    const uvec2 packed = records.data[3u * rank + 2u];
-    const float radius = radius_depth.x;
+    const uvec4 packed = records.data[2u * rank + 1u];
+    const vec4 disc = uintBitsToFloat(records.data[2u * rank]);
+    const vec2 middle = disc.xy - origin;
+    const float radius = disc.z, depth = disc.w;
     // Of the sphere as it is drawn, in scene units.
-    const float metres = radius * (perspective ? radius_depth.y : 1.0) / constants.pixels;
-    shape[thread] = vec4(middle, 1.0 / (radius * radius), 1.442695 * unpackHalf2x16(packed.x).x);
-    look[thread] = uvec4(floatBitsToUint(vec2(radius_depth.y, metres)), packed);
+    const float metres = radius * (perspective ? depth : 1.0) / constants.pixels;
+    shape[thread] = vec4(middle, 1.0 / radius, 1.442695 * unpackHalf2x16(packed.x).x);
+    look[thread] = uvec4(floatBitsToUint(vec2(depth, metres)), packed.xy);
+    light[thread] = packed.zw;
     if (has_velocity)
         moved[thread] = velocities.data[rank];
     const uint mask = blocks_hit(middle, radius);
@@ -106,15 +108,17 @@ void main() {
                 const uint i = word * 32u + uint(findLSB(bits));
                 bits &= bits - 1u;
                 const vec4 s = shape[i];
-                const vec2 d = at - s.xy;
-                const float q = 1.0 - dot(d, d) * s.z;
+                const vec2 d = (at - s.xy) * s.z;
+                const float q = 1.0 - dot(d, d);
                 if (q <= 0.0)
                     continue;
                 const uvec4 l = look[i];
                 const vec2 reach = uintBitsToFloat(l.xy);
                 const float root = sqrt(q);
                 const float optical_depth = s.w * root;
-                const vec3 colour = vec3(unpackHalf2x16(l.z).y, unpackHalf2x16(l.w));
+                const vec2 slopes = unpackHalf2x16(light[i].x), curves = unpackHalf2x16(light[i].y);
+                const float lit = max(1.0 + dot(slopes, d) + dot(curves, d * d - 0.2), 0.0);
+                const vec3 colour = vec3(unpackHalf2x16(l.z).y, unpackHalf2x16(l.w)) * lit;
                 const float seen = part_before(depths.y, reach.x, reach.y * root);
                 const float share = blend(all_of_it, colour, optical_depth * seen);
                 if (has_edge)

@@ -8,7 +8,7 @@ layout(constant_id = 1) const uint room = 0u;      // for pairs
 layout(constant_id = 2) const bool backward = false; // far particles first: of too many pairs the first are left out
 layout(constant_id = 3) const bool counts_dropped = false;
 
-layout(set = 0, binding = 0) readonly buffer Records { uvec2 data[]; } records;
+layout(set = 0, binding = 0) readonly buffer Records { uvec4 data[]; } records;
 layout(set = 0, binding = 1) readonly buffer Touched { uint data[]; } touched;
 layout(set = 0, binding = 2) readonly buffer Places { uint data[]; } places; // exclusive sums of the touched
 layout(set = 0, binding = 3) writeonly buffer Tiles { uint data[]; } tiles;
@@ -32,8 +32,7 @@ void main() {
     if (rank < capacity) {
         end = places.data[rank] + touched.data[rank];
         if (touched.data[rank] != 0u) {
-            discs[thread] = vec3(uintBitsToFloat(records.data[3u * rank]),
-                                 uintBitsToFloat(records.data[3u * rank + 1u].x));
+            discs[thread] = uintBitsToFloat(records.data[2u * rank].xyz);
         }
     }
     ends[thread] = end - base;
