@@ -87,7 +87,8 @@ enum class Barrier { none, memory, memory_and_indirect };
 struct Pass {
     std::string name;
     Shader shader;
-    Shader subgroup_shader = {}; // the same result by subgroup arithmetic, for devices that have it; may be absent
+    // The same result by subgroup arithmetic and ballots, for devices that have them; may be absent.
+    Shader subgroup_shader = {};
     std::vector<uint32_t> specialization;
     std::vector<Access> accesses;
     std::vector<std::byte> constants;

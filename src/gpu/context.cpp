@@ -64,8 +64,10 @@ Result<std::unique_ptr<Context>> Context::create(const ContextInfo& info) {
     VkPhysicalDeviceSubgroupProperties subgroup{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
     VkPhysicalDeviceProperties2 more{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroup};
     state->vk.vkGetPhysicalDeviceProperties2(info.physical_device, &more);
+    constexpr VkSubgroupFeatureFlags operations =
+        VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT | VK_SUBGROUP_FEATURE_ARITHMETIC_BIT;
     state->subgroups = info.subgroups && (subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0 &&
-                       (subgroup.supportedOperations & VK_SUBGROUP_FEATURE_ARITHMETIC_BIT) != 0 &&
+                       (subgroup.supportedOperations & operations) == operations &&
                        subgroup.subgroupSize >= 4;
     state->vk.vkGetPhysicalDeviceMemoryProperties(info.physical_device, &state->memory);
     if (auto created = state->create(); !created)

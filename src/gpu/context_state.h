@@ -56,7 +56,7 @@ struct ContextState {
     uint32_t max_side = 4096;      // of a 2D image
     uint64_t uniform_alignment = 256;
     uint64_t largest_buffer = 1 << 27; // that a binding may have
-    bool subgroups = false;            // arithmetic in compute shaders, four wide or more
+    bool subgroups = false;            // arithmetic and ballots in compute shaders, four wide or more
     VkSampler nearest = VK_NULL_HANDLE;
     VkSampler linear = VK_NULL_HANDLE;
     VkDescriptorSetLayout constants_layout = VK_NULL_HANDLE;
