@@ -23,7 +23,21 @@ FloatImage rows_of(const FloatImage& all, uint32_t first, Extent extent) {
     return part;
 }
 
+// By poison.
+std::map<int, std::unique_ptr<Context>> contexts;
+
+Context& shared_context(int poison) {
+    auto& context = contexts[poison];
+    if (!context)
+        context = make_context(poison);
+    return *context;
+}
+
 } // namespace
+
+void ParticleDrawTest::TearDownTestSuite() {
+    contexts.clear();
+}
 
 ParticleShot::ParticleShot() {
     parameters.phase = 0.0f;
@@ -47,8 +61,7 @@ scene::ParticleTruth ParticleShot::truth() const {
 }
 
 ParticleImages ParticleShot::draw(int poison) const {
-    auto context = make_context(poison);
-    EffectRig rig(*context, ParticleVolume::info());
+    EffectRig rig(shared_context(poison), ParticleVolume::info());
     const auto constant = [&](uint32_t components, float value) {
         return make_image(extent, components, [&](uint32_t, uint32_t, float* p) { std::fill_n(p, components, value); });
     };

@@ -9,6 +9,12 @@
 
 namespace sfumato::test {
 
+// Draws of one suite share a context, and so its pipelines.
+class ParticleDrawTest : public GpuTest {
+  public:
+    static void TearDownTestSuite();
+};
+
 // What the device drew.
 struct ParticleImages {
     FloatImage output, velocity, transmittance; // the latter two where they were asked for
@@ -28,7 +34,7 @@ struct ParticleShot {
     ParticleShot();
     Frame frame() const;
     scene::ParticleTruth truth() const;
-    ParticleImages draw(int poison = -1) const;
+    ParticleImages draw(int poison = -1) const; // poison: as in ContextInfo
     // Against the truth; the picture must be black.
     scene::ParticleError error() const { return scene::particle_error(truth(), draw().output.values, 4); }
 };

@@ -4,7 +4,7 @@
 namespace sfumato::test {
 namespace {
 
-class ParticleDrawTruth : public GpuTest {};
+class ParticleDrawTruth : public ParticleDrawTest {};
 
 double error_of(double angle, ParticleMode mode, int layers) {
     ParticleShot shot = cloud_shot(angle);

@@ -6,17 +6,14 @@ layout(local_size_x = 16, local_size_y = 8) in;
 
 layout(constant_id = 0) const bool device_depth = false;
 layout(constant_id = 1) const uint factor = 1u;
-layout(constant_id = 2) const uint layers = 16u;
-layout(constant_id = 3) const uint side = 256u;
-layout(constant_id = 4) const bool by_rank = false;
-layout(constant_id = 5) const bool casts_shadow = true;
-layout(constant_id = 6) const bool has_direct = false;
-layout(constant_id = 7) const bool has_velocity = false;
-layout(constant_id = 8) const bool has_transmittance = false;
-layout(constant_id = 9) const uint view = 0u;
-layout(constant_id = 10) const bool perspective = true;
-layout(constant_id = 11) const bool scattering = false;
-layout(constant_id = 12) const uint light_count = 1u;
+layout(constant_id = 2) const bool by_rank = false;
+layout(constant_id = 3) const bool casts_shadow = true;
+layout(constant_id = 4) const bool has_direct = false;
+layout(constant_id = 5) const bool has_velocity = false;
+layout(constant_id = 6) const bool has_transmittance = false;
+layout(constant_id = 7) const uint view = 0u;
+layout(constant_id = 8) const bool perspective = true;
+layout(constant_id = 9) const bool scattering = false;
 
 layout(set = 0, binding = 0) uniform sampler2D colour_image;
 layout(set = 0, binding = 1) uniform sampler2D depth_image;
@@ -101,7 +98,7 @@ vec3 light_left(vec3 position) {
     const vec2 texel = (place.xy - space.corner) / space.texel;
     // Slices are no layers along the light: as in the document, what is not before them all is behind them all.
     const float depth = !by_rank                ? depth_at(0u, space, texel, place.z)
-                        : place.z > space.first ? summed_layer(0u, int(layers) - 1, texel)
+                        : place.z > space.first ? summed_layer(0u, int(constants.layers) - 1, texel)
                                                 : 0.0;
     return exp(-constants.shadow_colour.rgb * depth);
 }
@@ -115,15 +112,15 @@ vec3 debug_colour(ivec2 pixel, vec4 particles) {
     const uint tile_number = uint(tile.y) * uint(ceil(constants.working_size.x / 16.0)) + uint(tile.x);
     if (view == 3u) // shadow
         return exp(-constants.shadow_colour.rgb *
-                   summed_layer(0u, int(layers) - 1, vec2(part.x, 1.0 - part.y) * float(side)));
+                   summed_layer(0u, int(constants.layers) - 1, vec2(part.x, 1.0 - part.y) * float(constants.side)));
     if (view == 4u) { // layers, in rows from the light on
-        const float columns = ceil(sqrt(float(layers)));
+        const float columns = ceil(sqrt(float(constants.layers)));
         const vec2 cell = part * columns;
         const int layer = int(floor(cell.y) * columns + floor(cell.x));
         const vec2 within = fract(cell);
-        return layer >= int(layers) ? vec3(0)
+        return layer >= int(constants.layers) ? vec3(0)
                                     : exp(-constants.shadow_colour.rgb *
-                                          summed_layer(0u, layer, vec2(within.x, 1.0 - within.y) * float(side)));
+                                          summed_layer(0u, layer, vec2(within.x, 1.0 - within.y) * float(constants.side)));
     }
     if (view == 5u) { // tiles: particles in each, a step of colour for every doubling up to 65536
         const uvec2 range = ranges.data[tile_number];

@@ -65,11 +65,8 @@ struct Drawing {
     }
 };
 
-// A dispatch has at most 65535 workgroups a side: what is larger than that is cleared in stretches... of one row, as
-// long as no buffer holds more than 2^28 words.
 void clear(const Drawing& d, const char* name, ResourceId buffer, uint64_t words) {
     Pass& pass = d.planner.pass(name, shaders::particles_draw::clear);
-    pass.specialization = {0u, static_cast<uint32_t>(words)};
     pass.accesses = {write_buffer(buffer)};
     pass.dispatch = d.groups(static_cast<uint32_t>(words), 256 * 16);
 }
@@ -83,13 +80,13 @@ void plan_order(Drawing& d) {
     begin.accesses = {write_buffer(d.facts)};
     begin.dispatch = dispatch_groups(d.planner, 1);
     const ResourceId flags = d.words("flags", capacity);
-    d.pass("measure", shader::measure, {capacity, d.lights, !d.by_rank},
+    d.pass("measure", shader::measure, {d.lights, !d.by_rank},
            {read_buffer(d.in.sprites), write_buffer(d.facts), write_buffer(flags)}, d.groups(capacity, 2048));
-    d.pass("settle", shader::settle, {d.lights, d.layers}, {write_buffer(d.facts)}, dispatch_groups(d.planner, 1));
+    d.pass("settle", shader::settle, {d.lights}, {write_buffer(d.facts)}, dispatch_groups(d.planner, 1));
     const PrefixSum places = plan_prefix_sum(d.planner, flags, {.capacity = capacity}, PrefixSumKind::exclusive);
     const ResourceId keys = d.words("depth keys", capacity), values = d.words("particles", capacity);
     const uint32_t bits = key_bits(d.in.parameters);
-    d.pass("key", shader::key, {capacity, bits == 32},
+    d.pass("key", shader::key, {bits == 32},
            {read_buffer(d.in.sprites), read_buffer(d.facts), read_buffer(flags), read_buffer(places.sums),
             write_buffer(keys), write_buffer(values)},
            d.groups(capacity, 256));
@@ -99,15 +96,17 @@ void plan_order(Drawing& d) {
 }
 
 // Layer by layer, what is left of the light is blurred before it goes on: these passes wait for each other.
-void plan_scattering(const Drawing& d) {
+void plan_scattering(Drawing& d) {
     for (uint32_t light = 0; light < d.lights; ++light) {
         ResourceId before = d.words("light", uint64_t{d.side} * d.side);
         ResourceId after = d.words("light", uint64_t{d.side} * d.side);
         clear(d, "clear light", before, uint64_t{d.side} * d.side);
         for (uint32_t layer = 0; layer <= d.layers; ++layer) {
+            d.constants.step_light = light;
+            d.constants.step_layer = layer;
             const uint32_t across = blocks_of(d.side, 16);
             const ResourceId shape = d.planner.transient("workgroups", VK_FORMAT_R8G8B8A8_UNORM, {across, across});
-            d.pass("scatter", shaders::particles_light::scatter, {light, d.layers, d.side, layer},
+            d.pass("scatter", shaders::particles_light::scatter, {},
                    {read_buffer(d.facts), write_buffer(d.volume), read_buffer(before), write_buffer(after)},
                    {DispatchKind::groups, shape, 0, 0, {1, 1}});
             std::swap(before, after);
@@ -122,14 +121,14 @@ void plan_light(Drawing& d) {
     d.volume = d.words("shadow buffer", words);
     clear(d, "clear shadow", d.volume, words);
     // The sorted numbers are only read where slices go by rank.
-    d.pass("splat", shader::splat, {d.in.capacity, d.lights, d.layers, d.side, d.by_rank},
+    d.pass("splat", shader::splat, {d.lights, d.by_rank},
            {read_buffer(d.in.sprites), read_buffer(d.facts), read_buffer(d.sorted), read_buffer(d.count),
             write_buffer(d.volume)},
            d.groups(d.in.capacity, 64));
     if (d.scatters())
         plan_scattering(d);
     else
-        d.pass("sum layers", shader::sum, {d.lights, d.layers, d.side}, {write_buffer(d.volume)},
+        d.pass("sum layers", shader::sum, {d.lights}, {write_buffer(d.volume)},
                d.groups(d.side * d.side * d.lights, 256));
 }
 
@@ -140,8 +139,8 @@ void plan_tiles(Drawing& d) {
     d.touched = d.words("tiles touched", capacity);
     d.velocities = d.words("velocities", d.has_velocity() ? capacity : 1);
     d.pass("light and record", shaders::particles_draw::record,
-           {capacity, d.lights, d.layers, d.side, d.by_rank, d.in.shadow_map != no_resource, d.view(),
-            d.has_velocity(), d.scatters()},
+           {d.lights, d.by_rank, d.in.shadow_map != no_resource, d.view() <= 2 ? d.view() : 0, d.has_velocity(),
+            d.scatters()},
            {read_buffer(d.in.sprites), read_buffer(d.facts), read_buffer(d.sorted), read_buffer(d.count),
             read_buffer(d.volume), read(d.in.shadow_map), write_buffer(d.records), write_buffer(d.touched),
             write_buffer(d.velocities)},
@@ -153,7 +152,7 @@ void plan_tiles(Drawing& d) {
     d.pairs = d.words("pairs", 2);
     clear(d, "clear dropped", d.dropped, counts_dropped ? d.tiles() : 1);
     namespace shader = shaders::particles_tiles;
-    d.pass("emit pairs", shader::emit, {capacity, d.room, d.backward, counts_dropped},
+    d.pass("emit pairs", shader::emit, {d.backward, counts_dropped},
            {read_buffer(d.records), read_buffer(d.touched), read_buffer(places.sums), write_buffer(tiles),
             write_buffer(ranks), write_buffer(d.pairs), write_buffer(d.dropped)},
            d.groups(capacity, 256));
@@ -163,7 +162,7 @@ void plan_tiles(Drawing& d) {
     d.ranks = sorted.values;
     d.ranges = d.words("tile ranges", 2 * uint64_t{d.tiles()});
     clear(d, "clear ranges", d.ranges, 2 * uint64_t{d.tiles()});
-    d.pass("tile ranges", shader::range, {d.room},
+    d.pass("tile ranges", shader::range, {},
            {read_buffer(sorted.keys), read_buffer(d.pairs), write_buffer(d.ranges)}, d.groups(d.room, 1024));
 }
 
@@ -192,9 +191,8 @@ void plan_composite(const Drawing& d) {
     const ParticleDrawInputs& in = d.in;
     const ResourceId near = d.has_snapshots() ? d.near : d.far;
     d.pass("composite", shaders::particles_composite::composite,
-           {in.frame.depth_kind == DepthKind::device, resolution_factor(in.parameters.resolution), d.layers, d.side,
-            d.by_rank, in.parameters.scene_shadow > 0.0f, in.direct != no_resource, d.has_velocity(),
-            in.transmittance != no_resource, d.view(), d.perspective, d.scatters(), d.lights},
+           {in.frame.depth_kind == DepthKind::device, resolution_factor(in.parameters.resolution), d.by_rank, in.parameters.scene_shadow > 0.0f, in.direct != no_resource, d.has_velocity(),
+            in.transmittance != no_resource, d.view(), d.perspective, d.scatters()},
            {read(in.colour), read(in.depth), read(in.direct), read(in.velocity), read(d.depths), read(d.far),
             read(near), read(d.has_velocity() ? d.velocity : no_resource), read_buffer(d.facts),
             read_buffer(d.volume), read_buffer(d.ranges), read_buffer(d.dropped), write(in.output),
@@ -224,6 +222,10 @@ void plan_particle_draw(Planner& planner, const ParticleDrawInputs& in) {
     d.by_rank = p.mode == ParticleMode::half_angle;
     d.backward = draws_backward(in.frame, p);
     d.perspective = in.frame.camera->projection[11] != 0.0f;
+    d.constants.capacity = in.capacity;
+    d.constants.room = d.room;
+    d.constants.layers = d.layers;
+    d.constants.side = d.side;
     plan_order(d);
     plan_light(d);
     plan_tiles(d);

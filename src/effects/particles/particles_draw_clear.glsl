@@ -1,9 +1,6 @@
-// Fills words.
+// Zeros.
 
 layout(local_size_x = 256) in;
-
-layout(constant_id = 0) const uint value = 0u;
-layout(constant_id = 1) const uint words = 0u;
 
 layout(set = 0, binding = 0) writeonly buffer Target { uint data[]; } target;
 
@@ -13,7 +10,7 @@ void main() {
     const uint first = gl_WorkGroupID.x * 256u * per_thread + gl_LocalInvocationIndex;
     [[unroll]] for (uint i = 0u; i < per_thread; ++i) {
         const uint word = first + i * 256u;
-        if (word < words)
-            target.data[word] = value;
+        if (word < uint(target.data.length()))
+            target.data[word] = 0u;
     }
 }

@@ -3,8 +3,7 @@
 
 layout(local_size_x = 256) in;
 
-layout(constant_id = 0) const uint capacity = 0u;
-layout(constant_id = 1) const bool float_keys = false; // 32 bits: the float itself
+layout(constant_id = 0) const bool float_keys = false; // 32 bits: the float itself
 
 layout(set = 0, binding = 0) readonly buffer Sprites { vec4 data[]; } sprites;
 layout(set = 0, binding = 1) readonly buffer Facts { uint data[]; } facts;
@@ -15,7 +14,7 @@ layout(set = 0, binding = 5) writeonly buffer Values { uint data[]; } values;
 
 void main() {
     const uint index = gl_GlobalInvocationID.x;
-    if (index >= capacity || flags.data[index] == 0u)
+    if (index >= constants.capacity || flags.data[index] == 0u)
         return;
     const float offset = uintBitsToFloat(facts.data[fact_key_offset]);
     const float scale = uintBitsToFloat(facts.data[fact_key_scale]);

@@ -3,9 +3,8 @@
 
 layout(local_size_x = 256) in;
 
-layout(constant_id = 0) const uint capacity = 0u;
-layout(constant_id = 1) const uint light_count = 1u;
-layout(constant_id = 2) const bool needs_view = true; // only what is in view is sorted
+layout(constant_id = 0) const uint light_count = 1u;
+layout(constant_id = 1) const bool needs_view = true; // only what is in view is sorted
 
 layout(set = 0, binding = 0) readonly buffer Sprites { vec4 data[]; } sprites;
 layout(set = 0, binding = 1) buffer Facts { uint data[]; } facts;
@@ -34,7 +33,7 @@ void main() {
     bool any_sorted = false;
     for (uint i = 0u; i < per_thread; ++i) {
         const uint index = (gl_WorkGroupID.x * per_thread + i) * 256u + thread;
-        if (index >= capacity)
+        if (index >= constants.capacity)
             break;
         const vec4 a = sprites.data[3u * index], b = sprites.data[3u * index + 1u], c = sprites.data[3u * index + 2u];
         const bool alive = is_alive(a, b, c);

@@ -2,15 +2,12 @@
 
 layout(local_size_x = 256) in;
 
-layout(constant_id = 0) const uint capacity = 0u;
-layout(constant_id = 1) const uint light_count = 1u;
-layout(constant_id = 2) const uint layers = 16u;
-layout(constant_id = 3) const uint side = 256u;
-layout(constant_id = 4) const bool by_rank = false;
-layout(constant_id = 5) const bool has_shadow_map = false;
-layout(constant_id = 6) const uint view = 0u; // ParticleView
-layout(constant_id = 7) const bool writes_velocity = false;
-layout(constant_id = 8) const bool scattering = false; // layers hold blurred light
+layout(constant_id = 0) const uint light_count = 1u;
+layout(constant_id = 1) const bool by_rank = false;
+layout(constant_id = 2) const bool has_shadow_map = false;
+layout(constant_id = 3) const uint view = 0u; // ParticleView
+layout(constant_id = 4) const bool writes_velocity = false;
+layout(constant_id = 5) const bool scattering = false; // layers hold blurred light
 
 layout(set = 0, binding = 0) readonly buffer Sprites { vec4 data[]; } sprites;
 layout(set = 0, binding = 1) readonly buffer Facts { uint data[]; } facts;
@@ -157,7 +154,7 @@ float pixel_mass_factor(vec2 middle, float radius) {
 
 void main() {
     const uint rank = gl_GlobalInvocationID.x;
-    if (rank >= capacity)
+    if (rank >= constants.capacity)
         return;
     const uint live = count.data[0];
     if (rank >= live) {
@@ -173,7 +170,7 @@ void main() {
     touched.data[rank] = tiles;
     if (tiles == 0u)
         return;
-    const uint layer = rank / max((live + layers - 1u) / layers, 1u);
+    const uint layer = rank / max((live + constants.layers - 1u) / constants.layers, 1u);
     // What covers few pixels needs no more than its middle.
     Lit lit = lit_sprite(s, layer, disc.radius < 1.5 ? 1u : taps);
     if (view == 1u)
@@ -181,7 +178,7 @@ void main() {
     if (view == 2u) {
         const LightSpace space = space_of(0u);
         const float place = (light_space(constants.light_0, s.position).z - space.first) / space.spacing;
-        const uint slice = by_rank ? layer : uint(clamp(place, 0.0, float(layers - 1u)));
+        const uint slice = by_rank ? layer : uint(clamp(place, 0.0, float(constants.layers - 1u)));
         lit = Lit(hue(float(slice) * 0.381966) * ((slice & 1u) == 0u ? 1.0 : 0.6), vec4(0));
     }
     // Optical depth fades in behind the near plane; a disc smaller than a pixel is drawn as large as one, and thinner.

@@ -4,7 +4,6 @@
 layout(local_size_x = 32) in;
 
 layout(constant_id = 0) const uint light_count = 1u;
-layout(constant_id = 1) const uint layers = 16u;
 
 layout(set = 0, binding = 0) buffer Facts { uint data[]; } facts;
 
@@ -21,10 +20,10 @@ void settle_light(uint light) {
     // Texels grow in steps and lie on a grid of the world, so that shadows stand still while the bounds tremble. A rim
     // stays free: what lies outside is not shadowed.
     const vec2 extent = high.xy - low.xy;
-    const float wanted = max(max(extent.x, extent.y), 1e-6) / (constants.texels - 4.0);
+    const float wanted = max(max(extent.x, extent.y), 1e-6) / (float(constants.side) - 4.0);
     const float texel = exp2(ceil(log2(wanted) * 8.0) / 8.0);
     const vec2 corner = (floor(low.xy / texel) - 1.0) * texel;
-    const float spacing = max((high.z - low.z) / float(layers), max(1e-6, 1e-6 * abs(low.z)));
+    const float spacing = max((high.z - low.z) / float(constants.layers), max(1e-6, 1e-6 * abs(low.z)));
     const uint to = fact_space + fact_space_words * light;
     store(to, corner.x);
     store(to + 1u, corner.y);

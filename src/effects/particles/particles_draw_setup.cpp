@@ -164,7 +164,6 @@ ParticleDrawConstants particle_draw_constants(const Frame& frame, const Particle
     c.layer_spread = p.scattering_blur;
     c.shadow_map_bias = 1e-3f;
     c.depth_tolerance = 0.05f;
-    c.texels = static_cast<float>(p.shadow_resolution);
     c.time_step = frame.time_step;
     return c;
 }

@@ -6,6 +6,7 @@
 
 #ifdef __cplusplus
 namespace sfumato::gpu {
+using uint = uint32_t;
 #endif
 
 struct ParticleDrawConstants {
@@ -37,8 +38,16 @@ struct ParticleDrawConstants {
     float layer_spread; // blur variance per layer over that per metre: scattering per metre
     float shadow_map_bias;
     float depth_tolerance; // relative difference of depth that enlarging takes for one surface
-    float texels;          // shadow buffer's side
     float time_step;
+    uint capacity; // sprites
+    uint room;     // for pairs of tile and particle
+    uint layers;   // of the shadow buffer, or slices
+    uint side;     // texels
+    uint step_light; // of one step of scattering
+    uint step_layer; // or the number of layers after the last
+    uint padding_0;
+    uint padding_1;
+    uint padding_2;
 };
 
 #ifdef __cplusplus

@@ -1,16 +1,16 @@
 // Optical depth between a light and a place, read from the light's summed layers.
 
 float layer_texel(uint start, ivec2 texel) {
-    const ivec2 at = clamp(texel, ivec2(0), ivec2(side) - 1);
-    return float(volume.data[start + uint(at.y) * side + uint(at.x)]);
+    const ivec2 at = clamp(texel, ivec2(0), ivec2(constants.side) - 1);
+    return float(volume.data[start + uint(at.y) * constants.side + uint(at.x)]);
 }
 
 // `texel` in texels; layer -1 is in front of everything. 0 outside the buffer: its rim is empty.
 float summed_layer(uint light, int layer, vec2 texel) {
     if (layer < 0)
         return 0.0;
-    const uint start = (light * layers + uint(layer)) * side * side;
-    const vec2 corner = clamp(texel, vec2(-1), vec2(float(side) + 1.0)) - 0.5;
+    const uint start = (light * constants.layers + uint(layer)) * constants.side * constants.side;
+    const vec2 corner = clamp(texel, vec2(-1), vec2(float(constants.side) + 1.0)) - 0.5;
     const ivec2 first = ivec2(floor(corner));
     const vec2 part = corner - vec2(first);
     const float upper = mix(layer_texel(start, first), layer_texel(start, first + ivec2(1, 0)), part.x);
@@ -23,8 +23,8 @@ float depth_before_layer(uint light, vec2 texel, uint layer) { return summed_lay
 
 // Between the layers' faces optical depth grows evenly.
 float depth_at(uint light, LightSpace space, vec2 texel, float along) {
-    const float at = clamp((along - space.first) / space.spacing, 0.0, float(layers));
-    const int layer = int(min(at, float(layers) - 1.0));
+    const float at = clamp((along - space.first) / space.spacing, 0.0, float(constants.layers));
+    const int layer = int(min(at, float(constants.layers) - 1.0));
     return mix(summed_layer(light, layer - 1, texel), summed_layer(light, layer, texel), at - float(layer));
 }
 
@@ -49,7 +49,7 @@ float own_factor(Footprint f) {
 
 // For a particle: it does not shadow itself, though its layer holds it.
 float depth_before(uint light, LightSpace space, Footprint f, vec2 texel, float along, float own) {
-    const float at = clamp((along - space.first) / space.spacing, 0.0, float(layers));
-    const float within = at - floor(min(at, float(layers) - 1.0));
+    const float at = clamp((along - space.first) / space.spacing, 0.0, float(constants.layers));
+    const float within = at - floor(min(at, float(constants.layers) - 1.0));
     return max(depth_at(light, space, texel, along) - (scattering ? 0.0 : within * own_depth(f, texel, own)), 0.0);
 }

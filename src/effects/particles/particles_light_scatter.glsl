@@ -4,11 +4,6 @@
 
 layout(local_size_x = 16, local_size_y = 16) in;
 
-layout(constant_id = 0) const uint light = 0u;
-layout(constant_id = 1) const uint layers = 16u;
-layout(constant_id = 2) const uint side = 256u;
-layout(constant_id = 3) const uint layer = 0u; // or `layers`
-
 layout(set = 0, binding = 0) readonly buffer Facts { uint data[]; } facts;
 layout(set = 0, binding = 1) buffer Volume { uint data[]; } volume;
 layout(set = 0, binding = 2) readonly buffer Before { float data[]; } before; // light that enters the layer
@@ -40,27 +35,29 @@ void load_light(ivec2 origin, uint start, float unit) {
     for (uint i = gl_LocalInvocationIndex; i < wide * wide; i += 256u) {
         const ivec2 at = origin + ivec2(i % wide, i / wide);
         float here = 1.0; // outside the buffer nothing is in the light's way
-        if (all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(side)))) {
-            const uint word = uint(at.y) * side + uint(at.x);
-            here = (layer == 0u ? 1.0 : before.data[word]) * exp(-float(volume.data[start + word]) * unit);
+        if (all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(constants.side)))) {
+            const uint word = uint(at.y) * constants.side + uint(at.x);
+            here = exp(-float(volume.data[start + word]) * unit);
+            if (constants.step_layer > 0u)
+                here *= before.data[word];
         }
         left[i] = here;
     }
 }
 
 void main() {
-    const uint area = side * side;
-    const uint start = (light * layers + layer) * area;
+    const uint area = constants.side * constants.side;
+    const uint start = (constants.step_light * constants.layers + constants.step_layer) * area;
     const float unit = uintBitsToFloat(facts.data[fact_unit]);
-    const uint word = gl_GlobalInvocationID.y * side + gl_GlobalInvocationID.x;
-    const bool is_inside = all(lessThan(gl_GlobalInvocationID.xy, uvec2(side)));
-    if (layer > 0u && is_inside) // e^-16 is no light at all
+    const uint word = gl_GlobalInvocationID.y * constants.side + gl_GlobalInvocationID.x;
+    const bool is_inside = all(lessThan(gl_GlobalInvocationID.xy, uvec2(constants.side)));
+    if (constants.step_layer > 0u && is_inside) // e^-16 is no light at all
         volume.data[start - area + word] = uint(-log(clamp(before.data[word], 1.125e-7, 1.0)) / unit);
-    if (layer == layers)
+    if (constants.step_layer == constants.layers)
         return;
     load_light(ivec2(gl_WorkGroupID.xy) * 16 - reach, start, unit);
     barrier();
-    const LightSpace space = space_of(light);
+    const LightSpace space = space_of(constants.step_light);
     const float weights[reach + 1] =
         bell(clamp(constants.layer_spread * space.spacing / (space.texel * space.texel), 0.0, 8.0));
     const ivec2 here = ivec2(gl_LocalInvocationID.xy) + reach;

@@ -3,12 +3,9 @@
 
 layout(local_size_x = 256) in;
 
-layout(constant_id = 0) const uint capacity = 0u;
-layout(constant_id = 1) const uint light_count = 1u;
-layout(constant_id = 2) const uint layers = 16u;
-layout(constant_id = 3) const uint side = 256u;
+layout(constant_id = 0) const uint light_count = 1u;
 // Whether the first light's layers are slices of equal counts in sorted order; else layers are of equal depth.
-layout(constant_id = 4) const bool by_rank = false;
+layout(constant_id = 1) const bool by_rank = false;
 
 layout(set = 0, binding = 0) readonly buffer Sprites { vec4 data[]; } sprites;
 layout(set = 0, binding = 1) readonly buffer Facts { uint data[]; } facts;
@@ -28,7 +25,7 @@ void main() {
     const uint group = gl_LocalInvocationIndex / lanes;
     for (uint r = 0u; r < rounds; ++r) {
         const uint rank = (gl_WorkGroupID.x * rounds + r) * (256u / lanes) + group;
-        const uint live = by_rank ? count.data[0] : capacity;
+        const uint live = by_rank ? count.data[0] : constants.capacity;
         const uint index = rank >= live ? 0u : by_rank ? sorted.data[rank] : rank;
         const vec4 a = sprites.data[3u * index], b = sprites.data[3u * index + 1u], c = sprites.data[3u * index + 2u];
         const bool alive = rank < live && is_alive(a, b, c);
@@ -53,19 +50,19 @@ void main() {
             barrier();
             if (!alive)
                 continue;
-            const uint slice = (live + layers - 1u) / layers; // the last slice may hold fewer: none is left out
+            const uint slice = (live + constants.layers - 1u) / constants.layers; // the last slice may hold fewer: none is left out
             const uint layer = by_rank && light == 0u
                                    ? rank / max(slice, 1u)
-                                   : uint(clamp((place.z - space.first) / space.spacing, 0.0, float(layers) - 1.0));
-            const uint start = (light * layers + layer) * side * side;
+                                   : uint(clamp((place.z - space.first) / space.spacing, 0.0, float(constants.layers) - 1.0));
+            const uint start = (light * constants.layers + layer) * constants.side * constants.side;
             const ivec2 first = max(ivec2(floor(f.middle - f.radius - 0.5)) + 1, ivec2(0));
-            const ivec2 last = min(ivec2(floor(f.middle + f.radius - 0.5)), ivec2(side) - 1);
+            const ivec2 last = min(ivec2(floor(f.middle + f.radius - 0.5)), ivec2(constants.side) - 1);
             const float units = f.depth / uintBitsToFloat(facts.data[fact_unit]);
             for (int y = first.y; y <= last.y; ++y)
                 for (int x = first.x + int(lane); x <= last.x; x += int(lanes)) {
                     const uint value = uint(units * footprint_chord(f, vec2(x, y) + 0.5) + 0.5);
                     if (value != 0u)
-                        atomicAdd(volume.data[start + uint(y) * side + uint(x)], value);
+                        atomicAdd(volume.data[start + uint(y) * constants.side + uint(x)], value);
                 }
         }
     }

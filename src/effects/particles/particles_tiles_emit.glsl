@@ -3,10 +3,8 @@
 
 layout(local_size_x = 256) in;
 
-layout(constant_id = 0) const uint capacity = 0u;
-layout(constant_id = 1) const uint room = 0u;      // for pairs
-layout(constant_id = 2) const bool backward = false; // far particles first: of too many pairs the first are left out
-layout(constant_id = 3) const bool counts_dropped = false;
+layout(constant_id = 0) const bool backward = false; // far particles first: of too many pairs the first are left out
+layout(constant_id = 1) const bool counts_dropped = false;
 
 layout(set = 0, binding = 0) readonly buffer Records { uvec4 data[]; } records;
 layout(set = 0, binding = 1) readonly buffer Touched { uint data[]; } touched;
@@ -21,15 +19,15 @@ shared vec3 discs[256]; // middle, radius
 
 void main() {
     const uint rank = gl_GlobalInvocationID.x, thread = gl_LocalInvocationIndex;
-    const uint last = capacity - 1u;
+    const uint last = constants.capacity - 1u;
     const uint wanted = places.data[last] + touched.data[last];
     if (rank == 0u) {
-        pairs.data[0] = min(wanted, room);
+        pairs.data[0] = min(wanted, constants.room);
         pairs.data[1] = wanted;
     }
     const uint base = places.data[min(gl_WorkGroupID.x * 256u, last)];
     uint end = wanted;
-    if (rank < capacity) {
+    if (rank < constants.capacity) {
         end = places.data[rank] + touched.data[rank];
         if (touched.data[rank] != 0u) {
             discs[thread] = uintBitsToFloat(records.data[2u * rank].xyz);
@@ -37,7 +35,7 @@ void main() {
     }
     ends[thread] = end - base;
     barrier();
-    const uint left_out = backward && wanted > room ? wanted - room : 0u;
+    const uint left_out = backward && wanted > constants.room ? wanted - constants.room : 0u;
     const uint here = ends[255];
     for (uint pair = thread; pair < here; pair += 256u) {
         uint low = 0u, high = 255u; // the first particle whose pairs end after this one
@@ -50,10 +48,10 @@ void main() {
         }
         const uint first = low == 0u ? 0u : ends[low - 1u];
         const uint place = base + pair - left_out; // wraps to beyond the room for those left out
-        if (place >= room && !counts_dropped)
+        if (place >= constants.room && !counts_dropped)
             continue;
         const uint tile = touched_tile(discs[low].xy, discs[low].z, pair - first);
-        if (place >= room) {
+        if (place >= constants.room) {
             atomicAdd(dropped.data[tile], 1u);
             continue;
         }

@@ -2,7 +2,6 @@
 
 layout(local_size_x = 256) in;
 
-layout(constant_id = 0) const uint room = 0u;
 
 layout(set = 0, binding = 0) readonly buffer Tiles { uint data[]; } tiles;
 layout(set = 0, binding = 1) readonly buffer Pairs { uint data[]; } pairs;
@@ -11,7 +10,7 @@ layout(set = 0, binding = 2) buffer Ranges { uvec2 data[]; } ranges;
 const uint per_thread = 4u;
 
 void main() {
-    const uint live = min(pairs.data[0], room);
+    const uint live = min(pairs.data[0], constants.room);
     [[unroll]] for (uint i = 0u; i < per_thread; ++i) {
         const uint pair = (gl_WorkGroupID.x * per_thread + i) * 256u + gl_LocalInvocationIndex;
         if (pair >= live)
