@@ -1,46 +1,34 @@
-// passes: copy copy_velocity transmittance statistics
-// Drawing of particles: nothing yet.
+// passes: begin clear measure settle key record
+// What precedes the drawing of particles: which are alive and in view, how far they extend, their keys for sorting, and
+// after it the lit records that tiles are drawn from. Follows Green, DirectX 10/11 Visual Effects (volumetric particle
+// shadowing). scene/particle_truth.cpp says the same slowly.
 #version 450
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 
-#include "particles_shared.h"
+#include "particles_draw_shared.h"
 #include "numbers.glsl"
+#include "particles_draw_common.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
-
-#ifdef PASS_copy
-layout(set = 0, binding = 0) uniform sampler2D colour;
-layout(set = 0, binding = 4) uniform writeonly image2D target;
-void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (all(lessThan(p, imageSize(target))))
-        imageStore(target, p, sane(texelFetch(colour, p, 0)));
-}
+#ifdef PASS_begin
+#include "particles_draw_begin.glsl"
 #endif
-
-#ifdef PASS_copy_velocity
-layout(set = 0, binding = 0) uniform sampler2D velocity;
-layout(set = 0, binding = 1) uniform writeonly image2D target;
-void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy), size = imageSize(target);
-    if (all(lessThan(p, size)))
-        imageStore(target, p, sane(textureLod(velocity, (vec2(p) + 0.5) / vec2(size), 0.0)));
-}
+#ifdef PASS_clear
+#include "particles_draw_clear.glsl"
 #endif
-
-#ifdef PASS_transmittance
-layout(set = 0, binding = 0) uniform writeonly image2D target;
-void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    if (all(lessThan(p, imageSize(target))))
-        imageStore(target, p, vec4(1));
-}
+#if defined(PASS_measure) || defined(PASS_key) || defined(PASS_record)
+#include "particles_draw_project.glsl"
 #endif
-
-#ifdef PASS_statistics
-layout(std430, set = 0, binding = 0) buffer Statistics { ParticleStatistics statistics; };
-void main() {
-    if (gl_GlobalInvocationID.xy == uvec2(0))
-        statistics = ParticleStatistics(0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
-}
+#ifdef PASS_measure
+#include "particles_draw_measure.glsl"
+#endif
+#ifdef PASS_settle
+#include "particles_draw_settle.glsl"
+#endif
+#ifdef PASS_key
+#include "particles_draw_key.glsl"
+#endif
+#ifdef PASS_record
+#include "camera.glsl"
+#include "particles_draw_record.glsl"
 #endif
