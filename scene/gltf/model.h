@@ -137,9 +137,21 @@ struct Model {
     std::vector<std::string> warnings; // what is in the file and not shown, one sentence each
 };
 
-// Reads .gltf or .glb. Errors (invalid_argument): not readable, not glTF 2.0, a required extension that is not known,
-// sizes beyond limits, anything out of range; the message names the file and the thing in it.
-Result<Model> load_model(const std::filesystem::path& path);
+// What a file may ask for; checked before anything of that size is allocated.
+struct LoadLimits {
+    uint64_t file_bytes = uint64_t{1} << 30;   // of all files together
+    uint64_t json_values = uint64_t{1} << 22;  // and a nesting of at most 64
+    uint32_t image_side = 16384;               // pixels
+    uint64_t image_pixels = uint64_t{1} << 27; // of all textures together
+    uint64_t vertices = uint64_t{1} << 24;     // of all parts together, and as many of morph targets
+    uint64_t indices = uint64_t{1} << 26;      // of all parts together, and of all parts at all nodes
+    uint64_t key_values = uint64_t{1} << 24;   // of all animations together
+};
+
+// Reads .gltf or .glb, with the files beside it that it names. Errors (input): not readable, not glTF 2.0, a required
+// extension that is not known, no triangles, sizes beyond the limits, anything out of range; the message names the
+// file and the thing in it.
+Result<Model> load_model(const std::filesystem::path& path, const LoadLimits& limits = {});
 
 // The model at a moment of one of its animations.
 struct ModelPose {
@@ -154,7 +166,9 @@ ModelPose pose_model(const Model& model, uint32_t animation, double seconds);
 // Triangles in world space.
 struct TriangleMesh {
     std::vector<std::array<float, 3>> positions;
-    std::vector<uint32_t> indices; // three a triangle
+    std::vector<std::array<float, 3>> normals;   // one a vertex, unit; zero where there is none
+    std::vector<std::array<float, 2>> texcoords; // one a vertex
+    std::vector<uint32_t> indices;               // three a triangle, counter-clockwise in front
     struct Source {
         uint32_t node, part, triangle; // of Node::mesh
     };
