@@ -96,10 +96,10 @@ Result<void> MeshRenderer::prepare(Context& context, const ContextInfo& info) {
     if (!device)
         return device.error();
     device_ = std::move(*device);
-    if (!device_->has_features(mesh_depth_format, VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT |
-                                                      VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT) ||
-        !device_->has_features(mesh_target_format, VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT |
-                                                       VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT))
+    if (!device_->has_features(mesh_depth_format,
+                               VK_FORMAT_FEATURE_DEPTH_STENCIL_ATTACHMENT_BIT | VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT) ||
+        !device_->has_features(mesh_target_format,
+                               VK_FORMAT_FEATURE_COLOR_ATTACHMENT_BIT | VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT))
         return Error{ErrorCode::unsupported, "this device cannot draw into images of 32-bit floats"};
     auto pipelines = make_mesh_pipelines(*device_, info.pipeline_cache);
     if (!pipelines)
@@ -116,8 +116,7 @@ Result<void> MeshRenderer::prepare(Context& context, const ContextInfo& info) {
     if (!nearest)
         return nearest.error();
     nearest_ = std::move(*nearest);
-    auto model =
-        MeshModel::create(*device_, pipelines_, scene_->model, pose_triangles(scene_->model, first_pose_));
+    auto model = MeshModel::create(*device_, pipelines_, scene_->model, pose_triangles(scene_->model, first_pose_));
     if (!model)
         return model.error();
     model_ = std::move(*model);
@@ -204,9 +203,9 @@ void MeshRenderer::clear_layouts(const Recording& recording, std::span<const Mes
         change.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
         changes.push_back(change);
     }
-    device_->functions().CmdPipelineBarrier(
-        recording.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 0, nullptr,
-        0, nullptr, static_cast<uint32_t>(changes.size()), changes.data());
+    device_->functions().CmdPipelineBarrier(recording.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                                            VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, 0, 0, nullptr, 0, nullptr,
+                                            static_cast<uint32_t>(changes.size()), changes.data());
 }
 
 void MeshRenderer::draw(const Recording& recording, MeshPass pass, const MeshTarget& target,
@@ -224,16 +223,16 @@ void MeshRenderer::draw(const Recording& recording, MeshPass pass, const MeshTar
     begin.pClearValues = clear.data();
     vk.CmdBeginRenderPass(commands, &begin, VK_SUBPASS_CONTENTS_INLINE);
     vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.pipeline(pass));
-    const VkViewport viewport{
-        0, 0, static_cast<float>(target.extent.width), static_cast<float>(target.extent.height), 0, 1};
+    const VkViewport viewport{0, 0, static_cast<float>(target.extent.width), static_cast<float>(target.extent.height),
+                              0, 1};
     vk.CmdSetViewport(commands, 0, 1, &viewport);
     vk.CmdSetScissor(commands, 0, 1, &begin.renderArea);
     vk.CmdPushConstants(commands, pipelines_.layout, VK_SHADER_STAGE_VERTEX_BIT | VK_SHADER_STAGE_FRAGMENT_BIT, 0,
                         sizeof(constants), &constants);
     if (pass != MeshPass::shadow) {
         const auto offset = static_cast<uint32_t>(now.lights.offset);
-        vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.layout, 0, 1,
-                                 &now.lights.lights, 1, &offset);
+        vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_GRAPHICS, pipelines_.layout, 0, 1, &now.lights.lights,
+                                 1, &offset);
     }
     const VkBuffer buffers[mesh_binding_count] = {model_->vertices(), now.vertices.buffer, moments[1]->vertices.buffer,
                                                   moments[2]->vertices.buffer};
@@ -317,12 +316,11 @@ Result<void> MeshRenderer::geometry(Recording& recording) {
         return plan.host(name, geometry_.images[i].in(VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL));
     };
     const ResourceId inputs[] = {read("drawn normal", 0), read("drawn before", 1), read("drawn after", 2)};
-    const ResourceId outputs[] = {
-        plan.target("depth", images.depth, VK_FORMAT_R32_SFLOAT, extent),
-        plan.target("normal", images.normal, VK_FORMAT_R16G16B16A16_SFLOAT, extent),
-        plan.target("velocity", images.velocity, VK_FORMAT_R16G16_SFLOAT, extent),
-        plan.target("next velocity", images.next_velocity, VK_FORMAT_R16G16_SFLOAT, extent),
-        plan.target("shadow", images.shadow, VK_FORMAT_R16_SFLOAT, extent)};
+    const ResourceId outputs[] = {plan.target("depth", images.depth, VK_FORMAT_R32_SFLOAT, extent),
+                                  plan.target("normal", images.normal, VK_FORMAT_R16G16B16A16_SFLOAT, extent),
+                                  plan.target("velocity", images.velocity, VK_FORMAT_R16G16_SFLOAT, extent),
+                                  plan.target("next velocity", images.next_velocity, VK_FORMAT_R16G16_SFLOAT, extent),
+                                  plan.target("shadow", images.shadow, VK_FORMAT_R16_SFLOAT, extent)};
     Pass& pass = plan.planner.pass("mesh geometry", code::geometry);
     for (const ResourceId input : inputs)
         pass.accesses.push_back({input, AccessKind::fetch});
@@ -363,9 +361,9 @@ Result<uint32_t> MeshRenderer::radiance(Recording& recording, double frame) {
         const ResourceId ambient_mean = i == 0 ? no_resource : plan.host("ambient so far", mean(before + 1));
         const ResourceId direct = plan.host("direct", mean(result)), ambient = plan.host("ambient", mean(result + 1));
         Pass& pass = plan.planner.pass("gather", code::gather);
-        pass.accesses = {{direct_in, AccessKind::fetch},    {ambient_in, AccessKind::fetch},
-                         {direct_mean, AccessKind::fetch},  {ambient_mean, AccessKind::fetch},
-                         {direct, AccessKind::write},       {ambient, AccessKind::write}};
+        pass.accesses = {{direct_in, AccessKind::fetch},   {ambient_in, AccessKind::fetch},
+                         {direct_mean, AccessKind::fetch}, {ambient_mean, AccessKind::fetch},
+                         {direct, AccessKind::write},      {ambient, AccessKind::write}};
         pass.constants = constants_of(constants);
         pass.dispatch.target = direct;
         if (auto done = plan.execute(*executor_, recording.commands, recording.index); !done)
@@ -408,8 +406,7 @@ Result<void> MeshRenderer::truth(Recording& recording) {
         const ResourceId direct = plan.host("direct mean", mean(*light));
         const ResourceId ambient = plan.host("ambient mean", mean(*light + 1));
         const ResourceId before = i == 0 ? no_resource : plan.host("mean so far", colour(i + 1));
-        const ResourceId after =
-            is_last ? plan.host("truth", recording.images->truth) : plan.host("mean", colour(i));
+        const ResourceId after = is_last ? plan.host("truth", recording.images->truth) : plan.host("mean", colour(i));
         shared::AccumulateConstants constants{};
         constants.share = moments[i].share;
         Pass& pass = plan.planner.pass("accumulate", shared_code::accumulate);
@@ -488,8 +485,7 @@ Result<void> MeshRenderer::record_traced(VkCommandBuffer commands, std::span<con
                           0, nullptr, 1, &change);
     ImagePlan plan;
     const ResourceId read = plan.host("traced", made->in(change.newLayout));
-    const ResourceId visibility =
-        plan.target("true visibility", images.true_visibility, VK_FORMAT_R32_SFLOAT, *extent);
+    const ResourceId visibility = plan.target("true visibility", images.true_visibility, VK_FORMAT_R32_SFLOAT, *extent);
     const ResourceId bent =
         plan.target("true bent normal", images.true_bent_normal, VK_FORMAT_R16G16B16A16_SFLOAT, *extent);
     Pass& pass = plan.planner.pass("values", code::values);

@@ -62,8 +62,8 @@ Result<MeshObject<VkDeviceMemory>> MeshDevice::allocate(const VkMemoryRequiremen
         info.memoryTypeIndex = type;
         return make(functions_.AllocateMemory, functions_.FreeMemory, info, "vkAllocateMemory");
     }
-    return Error{ErrorCode::out_of_memory, std::string("drawing meshes: no memory for ") +
-                                               std::to_string(needs.size >> 20) + " MiB of " + what};
+    return Error{ErrorCode::out_of_memory,
+                 std::string("drawing meshes: no memory for ") + std::to_string(needs.size >> 20) + " MiB of " + what};
 }
 
 Result<MeshBuffer> MeshDevice::create_buffer(size_t bytes, VkBufferUsageFlags usage) const {
@@ -75,13 +75,12 @@ Result<MeshBuffer> MeshDevice::create_buffer(size_t bytes, VkBufferUsageFlags us
         return buffer.error();
     VkMemoryRequirements needs{};
     functions_.GetBufferMemoryRequirements(device_, *buffer, &needs);
-    auto memory = allocate(
-        needs, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, "vertices and textures");
+    auto memory = allocate(needs, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+                           "vertices and textures");
     if (!memory)
         return memory.error();
     MeshBuffer made{std::move(*memory), std::move(*buffer), nullptr, bytes};
-    if (const VkResult result = functions_.BindBufferMemory(device_, made.buffer, made.memory, 0);
-        result != VK_SUCCESS)
+    if (const VkResult result = functions_.BindBufferMemory(device_, made.buffer, made.memory, 0); result != VK_SUCCESS)
         return failed("vkBindBufferMemory", result);
     void* mapped = nullptr;
     if (const VkResult result = functions_.MapMemory(device_, made.memory, 0, VK_WHOLE_SIZE, 0, &mapped);

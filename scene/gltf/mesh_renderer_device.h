@@ -1,5 +1,5 @@
-// Vulkan for drawing meshes: the functions that it takes, and buffers and images that free themselves. The library's own
-// part of the work, compute, goes through Executor.
+// Vulkan for drawing meshes: the functions that it takes, and buffers and images that free themselves. The library's
+// own part of the work, compute, goes through Executor.
 #pragma once
 
 #include "sfumato/context.h"
@@ -65,7 +65,8 @@ struct MeshFunctions {
 class MeshDevice;
 
 // Any handle that one function of the device destroys.
-template <class Handle> class MeshObject {
+template <class Handle>
+class MeshObject {
   public:
     using Destroy = void(VKAPI_PTR*)(VkDevice, Handle, const VkAllocationCallbacks*);
     MeshObject() = default;
@@ -128,14 +129,14 @@ class MeshDevice {
 
     // Wraps the handle that vkCreate… made, or tells why there is none.
     template <class Handle, class Info>
-    Result<MeshObject<Handle>> make(VkResult(VKAPI_PTR* create)(VkDevice, const Info*, const VkAllocationCallbacks*,
-                                                                Handle*),
-                                    typename MeshObject<Handle>::Destroy destroy, const Info& info,
+    Result<MeshObject<Handle>> make(VkResult(VKAPI_PTR* creator)(VkDevice, const Info*, const VkAllocationCallbacks*,
+                                                                 Handle*),
+                                    typename MeshObject<Handle>::Destroy destroyer, const Info& info,
                                     const char* call) const {
-        Handle handle = VK_NULL_HANDLE;
-        if (const VkResult result = create(device_, &info, nullptr, &handle); result != VK_SUCCESS)
+        Handle made = VK_NULL_HANDLE;
+        if (const VkResult result = creator(device_, &info, nullptr, &made); result != VK_SUCCESS)
             return failed(call, result);
-        return MeshObject<Handle>(device_, handle, destroy);
+        return MeshObject<Handle>(device_, made, destroyer);
     }
 
     // "drawing meshes: vkCreateImage failed: …"

@@ -12,8 +12,8 @@ constexpr size_t alignment = 256; // no device asks for more, neither for consta
 } // namespace
 
 Result<MeshArena::Chunk> MeshArena::make_chunk(size_t bytes) const {
-    constexpr VkBufferUsageFlags usage = VK_BUFFER_USAGE_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT |
-                                         VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
+    constexpr VkBufferUsageFlags usage =
+        VK_BUFFER_USAGE_VERTEX_BUFFER_BIT | VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT;
     auto buffer = device_->create_buffer(std::max(bytes, chunk_bytes), usage);
     if (!buffer)
         return buffer.error();
@@ -36,11 +36,10 @@ Result<MeshArena::Chunk> MeshArena::make_chunk(size_t bytes) const {
         result != VK_SUCCESS)
         return MeshDevice::failed("vkAllocateDescriptorSets", result);
     const VkDescriptorBufferInfo range{chunk.buffer.buffer, 0, sizeof(shared::MeshLights)};
-    const VkWriteDescriptorSet writes[] = {
-        {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET, nullptr, chunk.lights, 0, 0, 1,
-         VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC, nullptr, &range, nullptr},
-        {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET, nullptr, chunk.lights, 1, 0, 1,
-         VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, &shadow_map_, nullptr, nullptr}};
+    const VkWriteDescriptorSet writes[] = {{VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET, nullptr, chunk.lights, 0, 0, 1,
+                                            VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC, nullptr, &range, nullptr},
+                                           {VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET, nullptr, chunk.lights, 1, 0, 1,
+                                            VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, &shadow_map_, nullptr, nullptr}};
     vk.UpdateDescriptorSets(device_->handle(), 2, writes, 0, nullptr);
     return chunk;
 }

@@ -81,8 +81,7 @@ Result<void> MeshModel::add_geometry(const Model& model, const TriangleMesh& mes
         return Error{ErrorCode::invalid_argument, "the model " + model.name + " has no triangles"};
     draws_ = runs_of(model, mesh);
     vertex_count_ = mesh.positions.size();
-    auto vertices =
-        device_->create_buffer(vertex_count_ * sizeof(MeshStaticVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
+    auto vertices = device_->create_buffer(vertex_count_ * sizeof(MeshStaticVertex), VK_BUFFER_USAGE_VERTEX_BUFFER_BIT);
     auto indices = device_->create_buffer(mesh.indices.size() * 4, VK_BUFFER_USAGE_INDEX_BUFFER_BIT);
     if (!vertices || !indices)
         return vertices ? indices.error() : vertices.error();
@@ -100,10 +99,9 @@ Result<void> MeshModel::add_geometry(const Model& model, const TriangleMesh& mes
 
 Result<void> MeshModel::add_texture(const Texture& texture) {
     const auto levels = static_cast<uint32_t>(std::bit_width(std::max(texture.width, texture.height)));
-    auto image = device_->create_image(texture.is_srgb ? VK_FORMAT_R8G8B8A8_SRGB : VK_FORMAT_R8G8B8A8_UNORM,
-                                       {texture.width, texture.height}, levels,
-                                       VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
-                                           VK_IMAGE_USAGE_TRANSFER_DST_BIT);
+    auto image = device_->create_image(
+        texture.is_srgb ? VK_FORMAT_R8G8B8A8_SRGB : VK_FORMAT_R8G8B8A8_UNORM, {texture.width, texture.height}, levels,
+        VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT);
     if (!image)
         return image.error();
     auto pixels = device_->create_buffer(texture.rgba.size(), VK_BUFFER_USAGE_TRANSFER_SRC_BIT);
@@ -165,8 +163,7 @@ Result<void> MeshModel::add_materials(const MeshPipelines& pipelines, const Mode
         const VkDescriptorSetAllocateInfo allocate{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO, nullptr, pool_, 1,
                                                    &layout};
         VkDescriptorSet set = VK_NULL_HANDLE;
-        if (const VkResult result = vk.AllocateDescriptorSets(device_->handle(), &allocate, &set);
-            result != VK_SUCCESS)
+        if (const VkResult result = vk.AllocateDescriptorSets(device_->handle(), &allocate, &set); result != VK_SUCCESS)
             return MeshDevice::failed("vkAllocateDescriptorSets", result);
         const VkDescriptorBufferInfo buffer{materials_.buffer, i * stride, sizeof(values)};
         const uint32_t maps[texture_slots] = {material.base_colour_texture, material.metallic_roughness_texture,

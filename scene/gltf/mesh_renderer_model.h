@@ -37,8 +37,8 @@ class MeshModel {
     Result<VkSampler> sampler(const Texture& texture);
     Result<void> add_materials(const MeshPipelines& pipelines, const Model& model);
     void record_upload(VkCommandBuffer commands, const MeshImage& image, const MeshBuffer& pixels) const;
-    void barrier(VkCommandBuffer commands, const MeshImage& image, uint32_t level, uint32_t count,
-                 VkImageLayout before, VkImageLayout after) const;
+    void barrier(VkCommandBuffer commands, const MeshImage& image, uint32_t level, uint32_t count, VkImageLayout before,
+                 VkImageLayout after) const;
 
     const MeshDevice* device_;
     std::vector<MeshDraw> draws_;

@@ -61,8 +61,7 @@ Result<MeshObject<VkRenderPass>> make_render_pass(const MeshDevice& device, Mesh
                                              VK_PIPELINE_STAGE_LATE_FRAGMENT_TESTS_BIT;
     constexpr VkAccessFlags writes =
         VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
-    constexpr VkAccessFlags reads =
-        VK_ACCESS_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
+    constexpr VkAccessFlags reads = VK_ACCESS_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_READ_BIT;
     const VkSubpassDependency dependencies[] = {
         {VK_SUBPASS_EXTERNAL, 0, readers | writers, writers, writes, writes | reads, 0},
         {0, VK_SUBPASS_EXTERNAL, writers, readers, writes, VK_ACCESS_SHADER_READ_BIT, 0}};
@@ -163,8 +162,8 @@ Result<MeshObject<VkPipeline>> make_pipeline(const MeshDevice& device, const Mes
     depth.depthTestEnable = depth.depthWriteEnable = VK_TRUE;
     depth.depthCompareOp = pass == MeshPass::shadow ? VK_COMPARE_OP_LESS : VK_COMPARE_OP_GREATER;
     VkPipelineColorBlendAttachmentState opaque{};
-    opaque.colorWriteMask = VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT |
-                            VK_COLOR_COMPONENT_A_BIT;
+    opaque.colorWriteMask =
+        VK_COLOR_COMPONENT_R_BIT | VK_COLOR_COMPONENT_G_BIT | VK_COLOR_COMPONENT_B_BIT | VK_COLOR_COMPONENT_A_BIT;
     const std::vector<VkPipelineColorBlendAttachmentState> targets(mesh_target_count(pass), opaque);
     VkPipelineColorBlendStateCreateInfo blend{VK_STRUCTURE_TYPE_PIPELINE_COLOR_BLEND_STATE_CREATE_INFO};
     blend.attachmentCount = static_cast<uint32_t>(targets.size());

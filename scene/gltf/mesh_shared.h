@@ -28,10 +28,10 @@ namespace sfumato::scene::shared {
 // Push constants: 128 bytes are guaranteed.
 struct MeshDraw {
     mat4 clip_from_world;
-    vec4 eye;      // xyz: the camera's place; w: far plane
-    vec4 forward;  // xyz: where it looks, unit; w: 1 if orthographic
-    float bias;    // added to the mip levels of textures
-    uint detail;   // normals with normal maps
+    vec4 eye;     // xyz: the camera's place; w: far plane
+    vec4 forward; // xyz: where it looks, unit; w: 1 if orthographic
+    float bias;   // added to the mip levels of textures
+    uint detail;  // normals with normal maps
     uint unused_0;
     uint unused_1;
 };

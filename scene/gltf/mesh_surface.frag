@@ -65,8 +65,17 @@ vec3 towards(vec3 n, vec3 to_eye) {
     return away >= 0.0 ? n : normalize(n - (away - 1e-4) * to_eye);
 }
 
+// On the side that is seen. Where the model has no normal, the triangle's own.
 vec3 smooth_normal() {
-    return normalize(normal) * (gl_FrontFacing ? 1.0 : -1.0);
+    vec3 face = cross(dFdx(position), dFdy(position));
+    float size = dot(normal, normal);
+    if (size > 1e-8)
+        return normal * (inversesqrt(size) * (gl_FrontFacing ? 1.0 : -1.0));
+    vec3 to_eye = view_direction();
+    float area = dot(face, face);
+    if (!(area > 1e-30))
+        return to_eye;
+    return face * (inversesqrt(area) * (dot(face, to_eye) < 0.0 ? -1.0 : 1.0));
 }
 
 vec3 detailed_normal(vec3 n) {
