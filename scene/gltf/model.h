@@ -168,6 +168,7 @@ struct TriangleMesh {
     std::vector<std::array<float, 3>> positions;
     std::vector<std::array<float, 3>> normals;   // one a vertex, unit; zero where there is none
     std::vector<std::array<float, 2>> texcoords; // one a vertex
+    std::vector<float> opacities;                // one a vertex: the material's alpha times the vertex's
     std::vector<uint32_t> indices;               // three a triangle, counter-clockwise in front
     struct Source {
         uint32_t node, part, triangle; // of Node::mesh

@@ -78,6 +78,7 @@ TriangleMesh pose_triangles(const Model& model, const ModelPose& pose) {
                 mesh.positions.push_back(floats_of(moved(matrix, position)));
                 mesh.normals.push_back(floats_of(moved_normal(matrix, normal)));
                 mesh.texcoords.push_back(vertex.texcoord);
+                mesh.opacities.push_back(model.materials[part.material].base_colour[3] * vertex.colour[3]);
             }
             // In a mirror the other side would be in front.
             const bool is_mirrored = !is_skinned && determinant(pose.nodes[n]) < 0.0;
