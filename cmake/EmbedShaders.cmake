@@ -1,6 +1,6 @@
 # sfumato_embed_shaders(target namespace include_dirs file.comp ...)
 #
-# One .comp holds all passes of an effect under `#ifdef PASS_name`; its first line names them: `// passes: velocity gather`.
+# One .comp, .vert or .frag holds all passes of an effect under `#ifdef PASS_name`; its first line names them: `// passes: velocity gather`.
 # Each pass is compiled to SPIR-V, checked, and embedded as an array in `shaders/<file>.h`, which defines
 # sfumato::shaders::<file>::<pass> of type sfumato::Shader.
 find_program(GLSLC glslc REQUIRED)
@@ -19,6 +19,7 @@ function(sfumato_embed_shaders target)
   set(output_dir ${CMAKE_CURRENT_BINARY_DIR}/generated/shaders)
   foreach(source IN LISTS EMBED_SOURCES)
     get_filename_component(name ${source} NAME_WE)
+    get_filename_component(file_name ${source} NAME)
     get_filename_component(source ${source} ABSOLUTE)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${source})
     file(STRINGS ${source} first_line LIMIT_COUNT 1)
@@ -45,7 +46,7 @@ function(sfumato_embed_shaders target)
         "inline constexpr Shader ${pass}{\"${name}/${pass}\", ${pass}_code};\n")
     endforeach()
     file(CONFIGURE OUTPUT ${output_dir}/${name}.h CONTENT
-      "// Generated from ${name}.comp.\n#pragma once\n#include \"sfumato/plan.h\"\nnamespace sfumato::shaders::${name} {\n${arrays}}\n")
+      "// Generated from ${file_name}.\n#pragma once\n#include \"sfumato/plan.h\"\nnamespace sfumato::shaders::${name} {\n${arrays}}\n")
     # A target a shader file: the arrays exist before anything that includes them is compiled.
     add_custom_target(${target}_${name}_shaders DEPENDS ${words})
     add_dependencies(${target} ${target}_${name}_shaders)

@@ -119,29 +119,10 @@ layout(set = 0, binding = 2) uniform writeonly image2D velocity_image;
 layout(set = 0, binding = 3) uniform writeonly image2D next_velocity_image;
 layout(set = 0, binding = 4) uniform writeonly image2D shadow_image;
 
-// Pixels from where the camera's axis meets the image, of a view-space point before the camera. Behind it there is no
-// such place: a point that was or will be there moves along its line of sight to just before the camera.
-vec2 project(vec3 view_position, float depth_now) {
-    float depth = is_orthographic() ? 1.0 : max(-view_position.z, 0.02 * depth_now);
-    return vec2(view_position.x, -view_position.y) / (depth * scene.lens.xy) * scene.lens.zw * 0.5;
-}
-
-vec3 view_position(mat4 view, vec3 world, float w) {
-    return (view * vec4(world, w)).xyz;
-}
+#include "image_values.glsl"
 
 vec3 moved(vec4 x, vec4 y, vec4 z, vec3 local) {
     return vec3(dot(x.xyz, local) + x.w, dot(y.xyz, local) + y.w, dot(z.xyz, local) + z.w);
-}
-
-// Linear, or what the projection's matrix makes of it.
-float depth_value(float t) {
-    if ((scene.flags & SCENE_DEVICE_DEPTH) == 0u)
-        return t;
-    if (t >= SCENE_SKY_DEPTH)
-        return scene.depth_range.z;
-    float z = scene.depth_range.y - scene.depth_range.x * t;
-    return clamp(is_orthographic() ? z : scene.depth_range.y / t - scene.depth_range.x, 0.0, 1.0);
 }
 
 void store(ivec2 pixel, float depth, vec3 normal, vec2 velocity, vec2 next_velocity, float shadow) {

@@ -1,11 +1,11 @@
 // The passes of a scene's frame and of its ground truth.
 #include "scene/scene.h"
 #include "scene/scene_constants.h"
+#include "scene/scene_request.h"
 #include "shaders/analytic_scene.h"
 #include "shaders/occlusion_truth.h"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <string>
 
@@ -18,41 +18,6 @@ namespace occlusion_code = sfumato::shaders::occlusion_truth;
 
 constexpr uint32_t rays_a_pass = 64;
 
-// The images' common extent, or an error.
-Result<Extent> common_extent(const SceneImages& images) {
-    std::optional<Extent> extent;
-    for (const Image& image : host_images(images)) {
-        if (!image)
-            continue;
-        if (extent && *extent != image.extent)
-            return Error{ErrorCode::invalid_argument, "the scene's images differ in extent: " + extent_text(*extent) +
-                                                          " and " + extent_text(image.extent)};
-        extent = image.extent;
-    }
-    if (!extent)
-        return Error{ErrorCode::invalid_argument, "none of the scene's images is present"};
-    return *extent;
-}
-
-template <class Fail>
-Result<void> check_occlusion(const OcclusionTruth& occlusion, const Fail& fail) {
-    if (occlusion.rays < 1 || occlusion.rays > 65536)
-        return fail(std::to_string(occlusion.rays) + " rays a pixel, 1 to 65536 are possible");
-    if (!(occlusion.radius > 0.0 && occlusion.radius <= 1e6))
-        return fail("rays as long as " + std::to_string(occlusion.radius) + ", above 0 to 1000000 is possible");
-    return {};
-}
-
-template <class Fail>
-Result<void> check_lens(const Lens& lens, const Fail& fail) {
-    if (!(lens.near_plane > 0.0 && lens.far_plane > lens.near_plane && std::isfinite(lens.far_plane)))
-        return fail("near plane at " + std::to_string(lens.near_plane) + ", far plane at " +
-                    std::to_string(lens.far_plane) + ": both must be above 0, the far one beyond the near one");
-    if (!std::isfinite(lens.orthographic_height) || !std::isfinite(lens.shift_x) || !std::isfinite(lens.shift_y))
-        return fail("the lens has a height or a shift that is not finite");
-    return {};
-}
-
 Result<void> check(const Scene& scene, double frame, const RenderOptions& options) {
     const auto fail = [&](const std::string& what) {
         return Error{ErrorCode::invalid_argument, "scene " + scene.info.name + ": " + what};
@@ -64,18 +29,7 @@ Result<void> check(const Scene& scene, double frame, const RenderOptions& option
         if (primitive.material >= scene.materials.size())
             return fail("a primitive has material " + std::to_string(primitive.material) + " of " +
                         std::to_string(scene.materials.size()));
-    if (!std::isfinite(frame))
-        return fail("the frame's time is not finite");
-    if (options.samples < 1 || options.samples > 8)
-        return fail(std::to_string(options.samples) + " samples a side, 1 to 8 are possible");
-    const Shutter& shutter = options.shutter;
-    if (shutter.sub_frames < 1 || shutter.sub_frames > 256)
-        return fail(std::to_string(shutter.sub_frames) + " sub-frames, 1 to 256 are possible");
-    if (!(shutter.open >= 0.0 && shutter.open <= 16.0))
-        return fail("the shutter is open for " + std::to_string(shutter.open) + " frames, 0 to 16 are possible");
-    if (auto checked = check_lens(scene.camera.lens, fail); !checked)
-        return checked;
-    return check_occlusion(options.occlusion, fail);
+    return check_request(scene.info, scene.camera.lens, frame, options);
 }
 
 // Builds one plan.
@@ -136,19 +90,12 @@ class ScenePlanner {
         ResourceId means[2] = {no_resource, no_resource};
         for (int i = 0; i < 2 && i < count - 1; ++i)
             means[i] = planner_.transient(i == 0 ? "mean a" : "mean b", VK_FORMAT_R32G32B32A32_SFLOAT, extent_);
-        const double first = shutter.position == ShutterPosition::start    ? 0.0
-                             : shutter.position == ShutterPosition::centre ? -0.5
-                                                                           : -1.0;
-        double weights = 0.0;
         ResourceId mean = no_resource;
+        const std::vector<Moment> moments = shutter_moments(shutter, frame_);
         for (int i = 0; i < count; ++i) {
-            const double place = (i + 0.5) / count;
-            const double weight = shutter.curve ? std::max(shutter.curve(place), 0.0) : 1.0;
-            weights += weight;
-            radiance(frame_ + (first + place) * shutter.open);
+            radiance(moments[static_cast<size_t>(i)].frame);
             shared::AccumulateConstants constants{};
-            // Until there is any weight, the newest moment stands for the mean.
-            constants.share = mean == no_resource || weights == 0.0 ? 1.0f : static_cast<float>(weight / weights);
+            constants.share = moments[static_cast<size_t>(i)].share;
             const ResourceId next = i == count - 1 ? result : means[i % 2];
             Pass& pass = planner_.pass("accumulate", code::accumulate);
             pass.accesses = {{direct_, AccessKind::fetch},

@@ -1,14 +1,12 @@
-// sfumato render: built-in scenes with their passes, effects and ground truth.
+// sfumato render: built-in scenes and glTF models with their passes, effects and ground truth.
 #include "apps/cli/command.h"
-#include "apps/cli/effect_runner.h"
 #include "apps/cli/frame_list.h"
 #include "apps/cli/frame_writer.h"
 #include "apps/cli/pipeline.h"
-#include "apps/cli/render_file.h"
+#include "apps/cli/render_frames.h"
 #include "apps/cli/render_particles.h"
 #include "media/png_file.h"
 #include "media/sequence.h"
-#include "scene/scene_source.h"
 
 #include <charconv>
 #include <fmt/format.h>
@@ -21,15 +19,9 @@ namespace sfumato::cli {
 
 namespace {
 
-// The ground truths that are wanted.
-struct TruthRequest {
-    int sub_frames = 0; // of motion blur; 0: not wanted
-    bool occlusion = false;
-    scene::OcclusionTruth rays;
-};
-
 struct RenderCommandOptions {
-    std::string scene, output, frames, device, save_config;
+    SceneOptions scene;
+    std::string output, frames, save_config;
     std::string size = "960x540";
     ChainOptions chain;
     std::string particles; // preset of the particles that come before the other effects
@@ -37,12 +29,10 @@ struct RenderCommandOptions {
     std::optional<double> truth_radius; // else the effect's, else 1.5
     std::string truth_falloff;          // else the effect's, else hard
     int truth_rays = 256;
-    TruthRequest truths; // what `truth` says
+    RenderRequest request; // what `size` and `truth` say
     std::string outputs;
-    int samples = 2;
     int preroll = 0;
     bool has_preroll = false;
-    bool all_passes = false;
     bool full_float = false;
     bool no_clobber = false;
     bool dry_run = false;
@@ -103,20 +93,8 @@ Result<void> complete_truth(TruthRequest& request, const RenderCommandOptions& o
     return {};
 }
 
-Result<const scene::Scene*> choose_scene(const std::string& name) {
-    if (const scene::Scene* found = scene::find_scene(name))
-        return found;
-    std::vector<std::string> names;
-    for (const scene::Scene& one : scene::scenes())
-        names.push_back(one.info.name);
-    const std::string hint = did_you_mean(name, names);
-    return usage_error(fmt::format("no scene is called '{}'{}", name,
-                                   hint.empty() ? fmt::format("; there are {}", fmt::join(names, ", ")) : hint));
-}
-
 // Without --frames: the key frame for one file, all frames for a pattern.
-Result<std::vector<media::SequenceFrame>> choose_frames(const RenderCommandOptions& options,
-                                                        const scene::Scene& scene) {
+Result<std::vector<media::SequenceFrame>> choose_frames(const RenderCommandOptions& options, const SceneChoice& scene) {
     auto pattern = media::FramePattern::parse(options.output);
     if (!pattern)
         return pattern.error();
@@ -134,177 +112,12 @@ Result<std::vector<media::SequenceFrame>> choose_frames(const RenderCommandOptio
     return media::output_frames(*pattern, frames);
 }
 
-// The truth opens its shutter as the blur in the chain does.
-scene::Shutter shutter_of(const EffectChain& chain, int sub_frames) {
-    scene::Shutter shutter;
-    shutter.sub_frames = sub_frames;
-    for (const ChainLink& link : chain) {
-        const ParameterInfo* open = link.effect->parameters->find("shutter");
-        const ParameterInfo* position = link.effect->parameters->find("shutter_position");
-        if (!open || !position)
-            continue;
-        shutter.open = open->get(link.parameters.data());
-        shutter.position = static_cast<scene::ShutterPosition>(static_cast<int>(position->get(link.parameters.data())));
-    }
-    return shutter;
-}
-
-constexpr uint32_t sun_map_side = 1024;
-
-class SceneFrames {
-  public:
-    SceneFrames(const RenderCommandOptions& options, const EffectChain& chain, const scene::Scene& scene, Extent extent)
-        : options_(options), chain_(chain), scene_(scene), extent_(extent) {}
-
-    ~SceneFrames() {
-        if (device_)
-            static_cast<void>(static_cast<bool>(device_->wait_idle()));
-    }
-
-    Result<void> open() {
-        apps::DeviceOptions device_options;
-        device_options.device = options_.device;
-        auto device = apps::Device::create(device_options);
-        if (!device)
-            return as_device(device.error());
-        device_ = std::move(*device);
-        auto runner = EffectRunner::create(*device_, chain_, 2);
-        if (!runner)
-            return runner.error();
-        runner_ = std::move(*runner);
-        if (auto prepared = runner_->prepare(extent_); !prepared)
-            return prepared;
-        auto source = scene::make_source(runner_->context(), scene_);
-        if (!source)
-            return as_device(source.error());
-        source_ = std::move(*source);
-        return make_images();
-    }
-
-    Result<RenderedFrame> render(int number, bool restarts) {
-        if (restarts)
-            if (auto restarted = runner_->restart(); !restarted)
-                return restarted.error();
-        auto commands = device_->begin();
-        if (!commands)
-            return as_device(commands.error());
-        scene::RenderOptions render_options;
-        render_options.samples = options_.samples;
-        render_options.shutter = shutter_of(chain_, std::max(1, options_.truths.sub_frames));
-        render_options.occlusion = options_.truths.rays;
-        if (auto recorded = source_->record(*commands, number, render_options, scene_images(), count_); !recorded)
-            return as_device(recorded.error());
-        if (sun_map_.extent())
-            if (auto recorded = source_->record_sun_map(*commands, number, sun_map_.image(), count_); !recorded)
-                return as_device(recorded.error());
-        ++count_;
-        if (auto recorded = runner_->record(*commands, source_->frame_facts(number, extent_), role_images()); !recorded)
-            return as_device(recorded.error());
-        if (auto done = device_->submit_and_wait(); !done)
-            return as_device(done.error());
-        return read_back(number);
-    }
-
-    const std::string& device_name() const { return device_->name(); }
-
-  private:
-    Result<void> make_images() {
-        std::vector<std::pair<const char*, uint32_t>> wanted = {
-            {"colour", 4}, {"depth", 1}, {"normal", 4}, {"velocity", 2}, {"next_velocity", 2}};
-        if (options_.all_passes || chain_uses(chain_, "direct"))
-            wanted.emplace_back("direct", 4);
-        if (options_.all_passes || chain_uses(chain_, "ambient"))
-            wanted.emplace_back("ambient", 4);
-        if (options_.all_passes || chain_uses(chain_, "shadow"))
-            wanted.emplace_back("shadow", 1);
-        if (options_.truths.sub_frames > 0)
-            wanted.emplace_back("truth", 4);
-        if (options_.truths.occlusion)
-            wanted.insert(wanted.end(), {{"true_visibility", 1}, {"true_bent_normal", 4}});
-        for (const auto& [name, components] : wanted) {
-            auto image = device_->create_image(float_format(components), extent_);
-            if (!image)
-                return as_device(image.error());
-            images_[name] = std::move(*image);
-        }
-        if (chain_uses(chain_, "shadow_map") && source_->has_sun_map()) {
-            auto map = device_->create_image(float_format(1), {sun_map_side, sun_map_side});
-            if (!map)
-                return as_device(map.error());
-            sun_map_ = std::move(*map);
-        }
-        return {};
-    }
-
-    Image image(const char* name) const {
-        const auto found = images_.find(name);
-        return found == images_.end() ? Image{} : found->second.image();
-    }
-
-    scene::SceneImages scene_images() const {
-        return {image("colour"), image("direct"),          image("ambient"),         image("depth"),
-                image("normal"), image("velocity"),        image("next_velocity"),   image("shadow"),
-                image("truth"),  image("true_visibility"), image("true_bent_normal")};
-    }
-
-    RoleImages role_images() const {
-        RoleImages roles;
-        for (const auto& [name, image] : images_)
-            roles[name] = image.image();
-        roles["normals"] = image("normal");
-        roles["shadow_map"] = sun_map_.image();
-        return roles;
-    }
-
-    Result<void> read_pass(RenderedFrame& frame, const std::string& name, const apps::HostImage& image) {
-        auto values = device_->readback(image);
-        if (!values)
-            return as_device(values.error());
-        const auto components = static_cast<uint32_t>(values->size() / (size_t{extent_.width} * extent_.height));
-        frame.passes[name] = {components, std::move(*values)};
-        return {};
-    }
-
-    Result<RenderedFrame> read_back(int number) {
-        RenderedFrame frame{extent_, number, scene_.info.frames_per_second, scene::camera(scene_, number, extent_), {}};
-        const apps::HostImage* result = runner_->colour();
-        for (const auto& [name, image] : images_) {
-            if (name == "colour" && result && !options_.all_passes)
-                continue;
-            if (auto read = read_pass(frame, name == "colour" && result ? "sharp" : name, image); !read)
-                return read.error();
-        }
-        if (result)
-            if (auto read = read_pass(frame, "colour", *result); !read)
-                return read.error();
-        for (const auto& [name, extra] : runner_->extras()) {
-            if (auto read = read_pass(frame, name, *extra.image); !read)
-                return read.error();
-            RenderedPass& pass = frame.passes[name];
-            for (uint32_t c = 0; c < extra.role->components; ++c)
-                pass.channels.push_back(extra_channel(name, *extra.role, c));
-        }
-        return frame;
-    }
-
-    const RenderCommandOptions& options_;
-    const EffectChain& chain_;
-    const scene::Scene& scene_;
-    Extent extent_;
-    uint64_t count_ = 0;
-    std::unique_ptr<apps::Device> device_;
-    std::unique_ptr<EffectRunner> runner_;
-    std::unique_ptr<scene::SceneSource> source_;
-    std::map<std::string, apps::HostImage> images_;
-    apps::HostImage sun_map_;
-};
-
 Result<void> write_png(const RenderedFrame& frame, const std::filesystem::path& path, const EffectChain& chain,
                        const RenderCommandOptions& options) {
     // A picture holds one thing: the truth, if it was asked for and nothing else stands in its place.
-    std::string shown = options.truths.occlusion        ? "true_visibility"
-                        : options.truths.sub_frames > 0 ? "truth"
-                                                        : "colour";
+    std::string shown = options.request.truths.occlusion        ? "true_visibility"
+                        : options.request.truths.sub_frames > 0 ? "truth"
+                                                                : "colour";
     // An effect that leaves the picture alone has made something else to look at.
     if (!chain.empty() && !writes_colour(chain))
         for (const auto& [name, pass] : frame.passes)
@@ -329,7 +142,7 @@ Result<void> write_rendered(const RenderedFrame& frame, const std::filesystem::p
         return write_png(frame, path, chain, options);
     media::ExrImage image = rendered_image(frame, options.full_float);
     add_provenance(image.parts.front(), chain, invocation.command_line);
-    image.parts.front().set_string_attribute("sfumato/scene", options.scene);
+    image.parts.front().set_string_attribute("sfumato/scene", options.scene.scene);
     media::ExrWriteOptions write_options;
     write_options.no_clobber = options.no_clobber;
     write_options.threads = coding_threads();
@@ -342,7 +155,7 @@ Outcome render_all(const std::vector<media::SequenceFrame>& frames, SceneFrames&
         return opened.error();
     console.note("device: " + source.device_name());
     console.start_progress(frames.size());
-    nlohmann::ordered_json json = {{"scene", options.scene}, {"device", source.device_name()}};
+    nlohmann::ordered_json json = {{"scene", options.scene.scene}, {"device", source.device_name()}};
     for (size_t i = 0; i < frames.size() && !interrupted; ++i) {
         const bool restarts = i > 0 && frames[i].frame != frames[i - 1].frame + 1;
         const int start = i == 0 || restarts ? std::max(frames[i].frame - options.preroll, 0) : frames[i].frame;
@@ -355,7 +168,8 @@ Outcome render_all(const std::vector<media::SequenceFrame>& frames, SceneFrames&
         if (auto written = write_rendered(*frame, frames[i].path, chain, options, invocation); !written)
             return written.error();
         json["outputs"].push_back(frames[i].path.string());
-        console.advance(fmt::format("{} frame {} -> {}", options.scene, frames[i].frame, frames[i].path.string()));
+        console.advance(
+            fmt::format("{} frame {} -> {}", options.scene.scene, frames[i].frame, frames[i].path.string()));
     }
     console.end_progress();
     if (interrupted) {
@@ -374,13 +188,14 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
     const auto extent = parse_size(options.size);
     if (!extent)
         return extent.error();
+    options.request.extent = *extent;
     auto format = output_format(options.output);
     if (!format)
         return format.error();
     const auto truths = parse_truth(options);
     if (!truths)
         return truths.error();
-    options.truths = *truths;
+    options.request.truths = *truths;
     add_particles(options.chain, options.particles);
     const bool has_effects = !options.chain.effects.empty();
     if (!has_effects &&
@@ -399,9 +214,12 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
         return usage_error("a PNG holds colour or visibility, and --outputs names neither; write .exr");
     if (!options.particles.empty() && !options.has_preroll)
         options.preroll = particles_preroll(*chain);
-    if (auto completed = complete_truth(options.truths, options, *chain); !completed)
+    if (adapt_chain(*chain, options.chain, *scene))
+        console.note(fmt::format("ambient-occlusion.radius={:.4g}, half of the model's", occlusion_radius(*scene)));
+    options.request.truths.rays.radius = occlusion_radius(*scene);
+    if (auto completed = complete_truth(options.request.truths, options, *chain); !completed)
         return completed.error();
-    auto frames = choose_frames(options, **scene);
+    auto frames = choose_frames(options, *scene);
     if (!frames)
         return frames.error();
     for (const auto& [frame, path] : *frames)
@@ -410,14 +228,14 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
                 fmt::format("{}: exists already, and --no-clobber forbids to overwrite it", path.string()));
     if (options.dry_run) {
         for (const auto& [frame, path] : *frames)
-            console.line(fmt::format("would render {} frame {} -> {}", options.scene, frame, path.string()));
+            console.line(fmt::format("would render {} frame {} -> {}", options.scene.scene, frame, path.string()));
         return exit_done;
     }
     if (!options.save_config.empty())
         if (auto saved = save_config(*chain, options.save_config, options.no_clobber); !saved)
             return saved.error();
     catch_interrupts();
-    SceneFrames source(options, *chain, **scene, *extent);
+    SceneFrames source(options.request, *chain, *scene);
     return render_all(*frames, source, *chain, options, invocation, console);
 }
 
@@ -425,11 +243,22 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
 
 Command make_render(CLI::App& app) {
     auto options = std::make_shared<RenderCommandOptions>();
-    app.add_option("SCENE", options->scene, "A built-in scene (list scenes)")->required();
+    app.add_option("SCENE", options->scene.scene, "A built-in scene (list scenes), or a .gltf or .glb file")
+        ->required();
+    add_text(app, "--animation", options->scene.animation, "Of a model, by name or number; none: at rest (default: 0)");
+    add_text(app, "--camera-name", options->scene.camera_name,
+             "Of a model (default: its first camera; without one, a view of the whole)");
+    app.add_flag("--no-ground", options->scene.no_ground,
+                 "No floor below a model (there is one unless its own camera looks)");
+    app.add_flag("--turntable", options->scene.turntable, "A camera that circles the scene");
+    app.add_option("--turntable-frames", options->scene.turntable_frames, "Frames of a full turn")
+        ->check(CLI::Range(1, 100000))
+        ->type_name("N")
+        ->capture_default_str();
     add_text(app, "-o,--output", options->output, "File or pattern: .exr with all channels, or .png")->required();
     add_text(app, "--frames", options->frames, "Frames (default: the key frame, or all for a pattern)");
     add_text(app, "--size", options->size, "WIDTHxHEIGHT (default: 960x540)");
-    add_text(app, "--effects", options->chain.effects, "Effects, left to right: motion-blur[,…]");
+    add_text(app, "--effects,--apply", options->chain.effects, "Effects, left to right: motion-blur[,…]");
     add_text(app, "--particles", options->particles,
              "Particles before the other effects, with this preset (list presets particles)");
     add_chain_options(app, options->chain, options->save_config);
@@ -446,7 +275,7 @@ Command make_render(CLI::App& app) {
         ->check(CLI::Range(1, 65536))
         ->type_name("N")
         ->capture_default_str();
-    app.add_option("--samples", options->samples, "Samples a side of each pixel")
+    app.add_option("--samples", options->request.samples, "Samples a side of each pixel")
         ->check(CLI::Range(1, 8))
         ->type_name("N");
     add_text(app, "--outputs", options->outputs,
@@ -455,9 +284,9 @@ Command make_render(CLI::App& app) {
         app.add_option("--preroll", options->preroll, "Frames to run before the first, for effects with history")
             ->check(CLI::Range(0, 1000))
             ->type_name("N");
-    app.add_flag("--passes", options->all_passes,
+    app.add_flag("--passes", options->request.all_passes,
                  "Add direct and ambient light, shadow, and the colour before effects");
-    add_text(app, "--device", options->device, "Vulkan device: index or part of the name (list devices)");
+    add_text(app, "--device", options->request.device, "Vulkan device: index or part of the name (list devices)");
     app.add_flag("--no-clobber", options->no_clobber, "Refuse to overwrite files");
     app.add_flag("-n,--dry-run", options->dry_run, "Only tell what would be done");
     app.add_flag("--float", options->full_float, "Write colour as 32-bit floats in place of half");

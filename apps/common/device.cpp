@@ -220,6 +220,10 @@ ContextInfo Device::context_info() const {
     return info;
 }
 
+VkQueueFlags Device::queue_flags() const {
+    return VK_QUEUE_COMPUTE_BIT | (description_.graphics ? VkQueueFlags{VK_QUEUE_GRAPHICS_BIT} : 0u);
+}
+
 std::vector<std::string> Device::validation_messages() const {
     const std::lock_guard lock(messages_->mutex);
     return messages_->texts;

@@ -1,4 +1,4 @@
-// The programs' and the tests' own Vulkan device: one instance, one device, one compute queue, images with upload and
+// The programs' and the tests' own Vulkan device: one instance, one device, one queue, images with upload and
 // read-back, command buffers. The loader is opened at run time, so that a program starts without one and says so.
 #pragma once
 
@@ -30,7 +30,8 @@ struct DeviceDescription {
     std::string api_version;    // "1.3.230"
     std::string driver;         // name and version as the driver tells them, or ""
     uint64_t memory_bytes = 0;  // device-local heaps
-    bool timestamps = false;    // the compute queue can measure passes
+    bool timestamps = false;    // the queue can measure passes
+    bool graphics = false;      // the queue can draw; compute it can always
     std::string why_not_usable; // "" if Sfumato runs on it
 };
 
@@ -127,6 +128,7 @@ class Device {
     const DeviceDescription& description() const { return description_; }
     const std::string& name() const { return description_.name; }
     bool timestamps() const { return description_.timestamps; }
+    VkQueueFlags queue_flags() const;      // compute and, where the device has it, graphics
     bool can_store(VkFormat format) const; // usable as an effect's output
     VkDevice handle() const { return device_; }
     VkPhysicalDevice physical_device() const { return physical_device_; }

@@ -73,23 +73,28 @@ bool has_features(const VkPhysicalDeviceFeatures& present, const VkPhysicalDevic
     return true;
 }
 
-// The queue family to use: the first with the flags needed, one that can measure time before one that cannot.
+// The queue family to use: the first with the flags needed, one that can draw before one that cannot, one that can
+// measure time before one that cannot.
 std::optional<uint32_t> choose_queue_family(const VulkanFunctions& functions, VkPhysicalDevice device,
-                                            VkQueueFlags flags, bool& timestamps) {
+                                            VkQueueFlags flags, DeviceDescription& description) {
     uint32_t count = 0;
     functions.GetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
     functions.GetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
     std::optional<uint32_t> found;
+    int best = -1;
     for (uint32_t i = 0; i < count; ++i) {
         if ((families[i].queueFlags & flags) != flags)
             continue;
-        if (families[i].timestampValidBits > 0) {
-            timestamps = true;
-            return i;
-        }
-        if (!found)
-            found = i;
+        const bool draws = (families[i].queueFlags & VK_QUEUE_GRAPHICS_BIT) != 0;
+        const bool measures = families[i].timestampValidBits > 0;
+        const int value = 2 * draws + measures;
+        if (value <= best)
+            continue;
+        best = value;
+        found = i;
+        description.graphics = draws;
+        description.timestamps = measures;
     }
     return found;
 }
@@ -116,7 +121,7 @@ Candidate describe(const VulkanFunctions& functions, VkPhysicalDevice handle, ui
             description.memory_bytes += memory.memoryHeaps[heap].size;
 
     const Requirements needs = requirements();
-    const auto family = choose_queue_family(functions, handle, needs.queue_flags, description.timestamps);
+    const auto family = choose_queue_family(functions, handle, needs.queue_flags, description);
     candidate.queue_family = family.value_or(0);
     description.timestamps = description.timestamps && properties.limits.timestampPeriod > 0.0f;
     if (properties.apiVersion < needs.api_version)

@@ -1,0 +1,145 @@
+// Finding scenes by name or path, and what suits them.
+#include "apps/cli/render_scene.h"
+
+#include "apps/cli/exit_code.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace sfumato::cli {
+
+namespace {
+
+constexpr double turntable_view_angle = 30.0, turntable_elevation = 15.0; // degrees
+
+bool has_model_extension(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    std::ranges::transform(extension, extension.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension == ".gltf" || extension == ".glb";
+}
+
+// For a file that is not there: the nearest name among the models of its folder.
+Error no_such_file(const std::string& name) {
+    std::vector<std::string> models;
+    std::error_code failed;
+    const std::filesystem::path path = name;
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    for (const auto& entry : std::filesystem::directory_iterator(folder, failed))
+        if (has_model_extension(entry.path()))
+            models.push_back(entry.path().filename().string());
+    return input_error(fmt::format("{}: no such file{}", name, did_you_mean(path.filename().string(), models)));
+}
+
+Result<SceneChoice> choose_builtin(const SceneOptions& options, const scene::Scene& found) {
+    for (const auto& [given, name] :
+         {std::pair{!options.animation.empty(), "--animation"},
+          std::pair{!options.camera_name.empty(), "--camera-name"}, std::pair{options.no_ground, "--no-ground"}})
+        if (given)
+            return usage_error(fmt::format("{} is for glTF models, and {} is a built-in scene", name, options.scene));
+    SceneChoice choice;
+    choice.builtin = &found;
+    choice.info = found.info;
+    return choice;
+}
+
+Error no_such_scene(const std::string& name) {
+    std::vector<std::string> names;
+    for (const scene::Scene& one : scene::scenes())
+        names.push_back(one.info.name);
+    const std::string hint = did_you_mean(name, names);
+    return usage_error(fmt::format(
+        "no scene is called '{}'{}", name,
+        hint.empty() ? fmt::format("; there are {}, and paths of .gltf and .glb", fmt::join(names, ", ")) : hint));
+}
+
+Result<SceneChoice> choose_model(const SceneOptions& options) {
+    if (!options.camera_name.empty() && options.turntable)
+        return usage_error("--camera-name and --turntable are two cameras; name one");
+    std::error_code failed;
+    if (!std::filesystem::exists(options.scene, failed))
+        return no_such_file(options.scene);
+    auto model = scene::load_model(options.scene);
+    if (!model)
+        return as_input(model.error());
+    SceneChoice choice;
+    choice.model = std::move(*model);
+    // Messages name the path.
+    choice.model.name = options.scene;
+    if (options.animation == "none") {
+        choice.gltf.animation = scene::none;
+    } else if (!options.animation.empty()) {
+        const auto found = scene::find_animation(choice.model, options.animation);
+        if (!found)
+            return found.error();
+        choice.gltf.animation = *found;
+    }
+    choice.gltf.camera = options.camera_name;
+    choice.gltf.use_file_camera = !options.turntable;
+    if (options.no_ground)
+        choice.gltf.ground = false;
+    auto facts = scene::gltf_facts(choice.model, choice.gltf);
+    if (!facts)
+        return facts.error();
+    choice.info = facts->info;
+    choice.bounds = facts->bounds;
+    return choice;
+}
+
+} // namespace
+
+Result<SceneChoice> choose_scene(const SceneOptions& options) {
+    const scene::Scene* builtin = scene::find_scene(options.scene);
+    if (!builtin && !has_model_extension(options.scene)) {
+        std::error_code failed;
+        return std::filesystem::is_regular_file(options.scene, failed)
+                   ? input_error(fmt::format("{}: models are .gltf or .glb files", options.scene))
+                   : no_such_scene(options.scene);
+    }
+    auto choice = builtin ? choose_builtin(options, *builtin) : choose_model(options);
+    if (choice && options.turntable) {
+        choice->turntable_frames = options.turntable_frames;
+        choice->info.frames = options.turntable_frames;
+        choice->info.key_frame = std::clamp(choice->info.key_frame, 1, options.turntable_frames);
+    }
+    return choice;
+}
+
+Result<std::unique_ptr<scene::SceneSource>> open_scene(SceneChoice& choice, const apps::Device& device,
+                                                       Context& context) {
+    auto source = choice.builtin ? scene::make_source(context, *choice.builtin)
+                                 : scene::make_source(context, device.context_info(), device.queue_flags(),
+                                                      std::move(choice.model), choice.gltf);
+    if (source && choice.turntable_frames > 0.0)
+        (*source)->set_camera(
+            scene::turntable((*source)->bounds(), turntable_view_angle, choice.turntable_frames, turntable_elevation));
+    return source;
+}
+
+double occlusion_radius(const SceneChoice& scene) {
+    return scene.is_model() ? 0.5 * scene.bounds.radius : scene::OcclusionTruth{}.radius;
+}
+
+bool adapt_chain(EffectChain& chain, const ChainOptions& given, const SceneChoice& scene) {
+    bool chose_radius = false;
+    const auto adapt = [&](ChainLink& link, const char* name, const std::string& value) {
+        const ParameterInfo* info = link.effect->parameters->find(name);
+        const ParameterSet defaults(*link.effect->parameters);
+        if (!info || !given.config.empty() || std::ranges::find(link.set_by_hand, name) != link.set_by_hand.end() ||
+            info->get(link.parameters.data()) != info->get(defaults.data()))
+            return false;
+        // In range by construction, but for models beyond all measure, whose default stays.
+        return static_cast<bool>(set_parameter(*link.effect->parameters, link.parameters.data(), name, value));
+    };
+    for (ChainLink& link : chain) {
+        adapt(link, "application", "ambient");
+        if (scene.is_model() && link.effect->parameters->find("falloff"))
+            chose_radius = adapt(link, "radius", fmt::format("{:.4g}", occlusion_radius(scene))) || chose_radius;
+    }
+    return chose_radius;
+}
+
+} // namespace sfumato::cli
