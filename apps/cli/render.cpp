@@ -5,6 +5,7 @@
 #include "apps/cli/frame_writer.h"
 #include "apps/cli/pipeline.h"
 #include "apps/cli/render_file.h"
+#include "apps/cli/viewpoint.h"
 #include "media/png_file.h"
 #include "media/sequence.h"
 #include "scene/scene.h"
@@ -28,7 +29,7 @@ struct TruthRequest {
 };
 
 struct RenderCommandOptions {
-    std::string scene, output, frames, device, save_config;
+    std::string scene, output, frames, device, save_config, viewpoint;
     std::string size = "960x540";
     ChainOptions chain;
     std::string truth;
@@ -44,19 +45,6 @@ struct RenderCommandOptions {
     bool no_clobber = false;
     bool dry_run = false;
 };
-
-Result<Extent> parse_size(const std::string& text) {
-    Extent extent;
-    const char* end = text.data() + text.size();
-    const auto [x, width_error] = std::from_chars(text.data(), end, extent.width);
-    const bool has_x = width_error == std::errc() && x != end && (*x == 'x' || *x == 'X');
-    const auto [last, height_error] = std::from_chars(has_x ? x + 1 : end, end, extent.height);
-    if (!has_x || height_error != std::errc() || last != end || !extent || extent.width > 16384 ||
-        extent.height > 16384)
-        return usage_error(
-            fmt::format("--size {}: write WIDTHxHEIGHT, as in 1920x1080, with sides from 1 to 16384", text));
-    return extent;
-}
 
 // A number of sub-frames asks for motion blur, as its name does; occlusion is asked for by name.
 Result<TruthRequest> parse_truth(const RenderCommandOptions& options) {
@@ -383,6 +371,13 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
         return usage_error("a PNG holds colour or visibility, and --outputs names neither; write .exr");
     if (auto completed = complete_truth(options.truths, options, *chain); !completed)
         return completed.error();
+    scene::Scene seen = **scene;
+    if (!options.viewpoint.empty()) {
+        const auto view = parse_viewpoint(options.viewpoint, seen.camera.view_angle);
+        if (!view)
+            return view.error();
+        seen.camera_path = standing_at(*view);
+    }
     auto frames = choose_frames(options, **scene);
     if (!frames)
         return frames.error();
@@ -399,7 +394,7 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
         if (auto saved = save_config(*chain, options.save_config, options.no_clobber); !saved)
             return saved.error();
     catch_interrupts();
-    SceneFrames source(options, *chain, **scene, *extent);
+    SceneFrames source(options, *chain, seen, *extent);
     return render_all(*frames, source, *chain, options, invocation, console);
 }
 
@@ -411,6 +406,7 @@ Command make_render(CLI::App& app) {
     add_text(app, "-o,--output", options->output, "File or pattern: .exr with all channels, or .png")->required();
     add_text(app, "--frames", options->frames, "Frames (default: the key frame, or all for a pattern)");
     add_text(app, "--size", options->size, "WIDTHxHEIGHT (default: 960x540)");
+    add_text(app, "--viewpoint", options->viewpoint, viewpoint_doc);
     add_text(app, "--effects", options->chain.effects, "Effects, left to right: motion-blur[,…]");
     add_chain_options(app, options->chain, options->save_config);
     add_text(
