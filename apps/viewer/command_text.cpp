@@ -1,5 +1,4 @@
 // The command line that makes what is seen.
-#include "apps/cli/viewpoint.h"
 #include "apps/viewer/model.h"
 
 #include <algorithm>
@@ -56,7 +55,7 @@ std::string Model::command_line(Extent extent, const std::string& output) const 
     if (samples != 2)
         text += fmt::format(" --samples {}", samples);
     if (wanted.viewpoint)
-        text += " --viewpoint " + cli::viewpoint_text(*wanted.viewpoint);
+        text += " --viewpoint " + wanted.viewpoint_text;
     if (!wanted.chain.empty() && shown.id != "before") {
         text += effects_text(wanted.chain) + " --outputs " + outputs;
         if (wanted.preroll > 0)

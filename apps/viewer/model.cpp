@@ -48,6 +48,7 @@ void Model::set_scene(const std::string& name, const scene::SceneSource& source)
     scene_name = name;
     info = source.info();
     bounds = source.bounds();
+    scene_view_angle_ = source.view(info.key_frame).view_angle;
     frame_ = std::clamp(info.key_frame, first_frame(), last_frame());
     camera_mode_ = CameraMode::scene;
     cut_ = true;
@@ -98,6 +99,8 @@ bool Model::take_cut() {
 void Model::set_camera_mode(CameraMode mode, const scene::View& seen) {
     if (mode != CameraMode::scene && camera_mode_ == CameraMode::scene)
         camera_ = CameraRig(seen, bounds);
+    if (mode == CameraMode::scene)
+        told_viewpoint_.clear();
     cut_ = cut_ || (mode == CameraMode::scene) != (camera_mode_ == CameraMode::scene);
     camera_mode_ = mode;
 }
@@ -105,19 +108,32 @@ void Model::set_camera_mode(CameraMode mode, const scene::View& seen) {
 CameraRig& Model::move_camera(const scene::View& seen) {
     if (camera_mode_ == CameraMode::scene)
         set_camera_mode(CameraMode::orbit, seen);
+    told_viewpoint_.clear();
     return camera_;
 }
 
-void Model::set_viewpoint(const scene::View& view) {
-    camera_ = CameraRig(view, bounds);
+Result<void> Model::set_viewpoint(const std::string& text) {
+    const auto view = cli::parse_viewpoint(text, scene_view_angle_);
+    if (!view)
+        return view.error();
+    camera_ = CameraRig(*view, bounds);
     camera_mode_ = CameraMode::orbit;
+    told_viewpoint_ = text;
     cut_ = true;
+    return {};
+}
+
+std::string Model::viewpoint_text() const {
+    if (camera_mode_ == CameraMode::scene)
+        return "";
+    return told_viewpoint_.empty() ? cli::viewpoint_text(camera_.view()) : told_viewpoint_;
 }
 
 std::optional<scene::View> Model::viewpoint() const {
-    if (camera_mode_ == CameraMode::scene)
+    const std::string text = viewpoint_text();
+    if (text.empty())
         return std::nullopt;
-    const auto told = cli::parse_viewpoint(cli::viewpoint_text(camera_.view()), camera_.view_angle());
+    const auto told = cli::parse_viewpoint(text, camera_.view_angle());
     return told ? *told : camera_.view();
 }
 

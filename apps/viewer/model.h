@@ -48,6 +48,7 @@ struct PictureRequest {
     int samples = 2;
     int preroll = 0;                      // frames before it, for effects with history; 0 where none has one
     std::optional<scene::View> viewpoint; // else the scene's own camera
+    std::string viewpoint_text;           // the same for the command line
     cli::EffectChain chain;               // enabled effects, with their outputs chosen
     std::set<std::string> passes;         // images of the scene besides those that are always made
 
@@ -91,8 +92,10 @@ class Model {
     void set_camera_mode(CameraMode mode, const scene::View& seen);
     CameraRig& move_camera(const scene::View& seen); // by hand, starting from what is seen
     const CameraRig& camera() const { return camera_; }
-    void set_viewpoint(const scene::View& view); // by hand, from now on
-    // As the command line would say it, so that both see the same; no value for the scene's own camera.
+    Result<void> set_viewpoint(const std::string& text); // as --viewpoint takes it; from there on by hand
+    // What the command line is told, and what it makes of that, so that both see the same; nothing for the scene's own
+    // camera.
+    std::string viewpoint_text() const;
     std::optional<scene::View> viewpoint() const;
 
     // --- effects
@@ -154,6 +157,8 @@ class Model {
     double clock_ = 0.0; // seconds since the last frame
     CameraMode camera_mode_ = CameraMode::scene;
     CameraRig camera_;
+    double scene_view_angle_ = 40.0;
+    std::string told_viewpoint_; // while the camera is where it was told to be
 };
 
 // Whether the effect remembers frames with these parameters and outputs: read off its plan.

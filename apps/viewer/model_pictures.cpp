@@ -1,7 +1,6 @@
 // Which pictures there are to look at, and what has to be rendered for them.
 #include "apps/viewer/model.h"
 
-#include "apps/cli/viewpoint.h"
 #include "sfumato/effect.h"
 
 #include <algorithm>
@@ -177,6 +176,7 @@ PictureRequest Model::request(Extent extent) const {
     request.frame = frame_;
     request.samples = samples;
     request.viewpoint = viewpoint();
+    request.viewpoint_text = viewpoint_text();
     request.chain = enabled_chain();
     if (std::ranges::any_of(request.chain, keeps_history))
         request.preroll = preroll;
@@ -194,8 +194,7 @@ std::string PictureRequest::structure() const {
 }
 
 std::string PictureRequest::key() const {
-    std::string text = fmt::format("{} frame {} preroll {} {}", structure(), frame, preroll,
-                                   viewpoint ? cli::viewpoint_text(*viewpoint) : "");
+    std::string text = fmt::format("{} frame {} preroll {} {}", structure(), frame, preroll, viewpoint_text);
     for (const cli::ChainLink& link : chain)
         text += "; " + cli::parameters_text(link);
     return text;

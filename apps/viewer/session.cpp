@@ -109,11 +109,11 @@ Result<void> Session::turn(double seconds, Extent canvas) {
     const UiActions actions = ui_.draw(status_);
     ImGui::Render();
     const bool moved = model_.advance(seconds);
-    const PictureRequest request = model_.request(picture_extent(canvas));
-    status_.picture = request.extent;
-    if (auto rendered = render(seconds, moved, request); !rendered)
+    request_ = model_.request(picture_extent(canvas));
+    status_.picture = request_.extent;
+    if (auto rendered = render(seconds, moved, request_); !rendered)
         return rendered;
-    status_.command = model_.command_line(request.extent, model_.picture_path);
+    status_.command = model_.command_line(request_.extent, model_.picture_path);
     if (auto performed = perform(actions); !performed)
         return performed;
     if (auto drawn = draw(canvas); !drawn)
@@ -199,22 +199,23 @@ Composition Session::composition(Extent canvas) const {
     const Rectangle area = ui_.picture_area(size.x, size.y);
     const float x = static_cast<float>(canvas.width) / std::max(size.x, 1.0f);
     const float y = static_cast<float>(canvas.height) / std::max(size.y, 1.0f);
+    const Image truth = truth_->mean(model_, request_);
     Composition result;
     const auto side = [&](const std::string& id) {
         const PictureChoice choice = model_.picture(id);
-        Side made{choice.id == "truth" ? truth_->mean() : renderer_->picture(choice.id), choice.kind};
+        Side made{choice.id == "truth" ? truth : renderer_->picture(choice.id), choice.kind};
         // In place of colour there may be a plane.
         if (made.kind == PictureKind::colour && made.image.format == VK_FORMAT_R32_SFLOAT)
             made.kind = PictureKind::grey;
         const bool is_difference = made.kind == PictureKind::difference || made.kind == PictureKind::grey_difference;
-        if (is_difference && !truth_->mean())
+        if (is_difference && !truth)
             made.kind = PictureKind::colour; // nothing yet: black
         return made;
     };
     result.left = side(model_.left);
     result.right = side(model_.right);
     result.compared = renderer_->picture(model_.compared_picture());
-    result.truth = truth_->mean();
+    result.truth = truth;
     result.area = {area.x * x, area.y * y, area.width * x, area.height * y};
     if (model_.split)
         result.divider = result.area.x + static_cast<float>(model_.divider) * result.area.width;

@@ -26,6 +26,7 @@ class Session {
     ~Session();
 
     Model& model() { return model_; }
+    void press(int key, bool control) { ui_.press(key, control); } // see Ui
 
     // Lets `seconds` pass, draws the panels, renders what has changed and fills the canvas. The display size and the
     // input of the ImGui context must be set. Returns when the device has finished. Errors: what there is no going on
@@ -50,7 +51,7 @@ class Session {
     Result<void> perform(const UiActions& actions);
     void report(const Result<void>& done, const std::string& message);
     Result<void> tolerate(const Result<void>& done);
-    Composition composition(Extent canvas) const;
+    Composition composition(Extent canvas) const; // of what the last request asked for
     Result<void> draw(Extent canvas);
     void log_widgets();
 
@@ -65,6 +66,7 @@ class Session {
     WidgetLog log_;
     Ui ui_;
     UiStatus status_;
+    PictureRequest request_;
     PassTimes times_;
     std::string settled_; // key of the picture that is there, if it is one that stands still
     std::string failed_;  // key of the picture that could not be made

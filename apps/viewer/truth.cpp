@@ -37,6 +37,20 @@ double spread(size_t counter) {
     return value;
 }
 
+// Whatever else the effect does, its truth stays.
+std::string truth_key(const Model& model, const PictureRequest& request) {
+    const EffectSlot* slot = model.truth_effect();
+    if (!slot)
+        return "";
+    std::string key = fmt::format("{} {} {} {} {} {} {}", extent_text(request.extent), request.frame, request.samples,
+                                  request.viewpoint_text, static_cast<int>(model.truth.kind), model.truth.sub_frames,
+                                  model.truth.rays);
+    for (const char* name : {"shutter", "shutter_position", "radius", "falloff"})
+        if (slot->link.effect->parameters->find(name))
+            key += fmt::format(" {}", value_of(*slot, name));
+    return key;
+}
+
 } // namespace
 
 std::vector<TruthSlice> shutter_slices(int frame, const scene::Shutter& shutter, int slices) {
@@ -76,6 +90,10 @@ std::vector<TruthSlice> ray_slices(int frame, const scene::OcclusionTruth& occlu
         result.push_back(slice);
     }
     return result;
+}
+
+Image Truth::mean(const Model& model, const PictureRequest& request) const {
+    return done_ > 0 && key_ == truth_key(model, request) ? mean_.image() : Image{};
 }
 
 Result<void> Truth::begin(const Model& model, const PictureRequest& request) {
@@ -171,20 +189,13 @@ Result<void> Truth::measure(const Model& model) {
 }
 
 Result<bool> Truth::gather(const Model& model, const PictureRequest& request) {
-    const EffectSlot* slot = model.truth_effect();
-    if (!slot) {
+    if (!model.truth_effect()) {
         key_.clear();
         done_ = total_ = 0;
         error_.reset();
         return false;
     }
-    // Whatever else the effect does, its truth stays.
-    std::string key = fmt::format("{} {} {} {} {} {} {}", extent_text(request.extent), request.frame, request.samples,
-                                  request.viewpoint ? cli::viewpoint_text(*request.viewpoint) : "",
-                                  static_cast<int>(model.truth.kind), model.truth.sub_frames, model.truth.rays);
-    for (const char* name : {"shutter", "shutter_position", "radius", "falloff"})
-        if (slot->link.effect->parameters->find(name))
-            key += fmt::format(" {}", value_of(*slot, name));
+    const std::string key = truth_key(model, request);
     if (key != key_) {
         key_ = key;
         if (auto begun = begin(model, request); !begun)

@@ -36,7 +36,8 @@ class Truth {
     // the device.
     Result<bool> gather(const Model& model, const PictureRequest& request);
 
-    Image mean() const { return done_ > 0 ? mean_.image() : Image{}; }
+    // Nothing unless it is the truth of what the request asks for.
+    Image mean(const Model& model, const PictureRequest& request) const;
     int done() const { return done_; } // sub-frames or rays
     int total() const { return total_; }
     const std::optional<TruthError>& error() const { return error_; }

@@ -155,40 +155,47 @@ void Ui::handle_mouse(const UiStatus& status, const Rectangle& area) {
         model_.divider = std::clamp(static_cast<double>((io.MousePos.x - area.x) / area.width), 0.0, 1.0);
         return;
     }
-    const double right = static_cast<double>(io.MouseDelta.x), down = static_cast<double>(io.MouseDelta.y);
-    const bool moved = right != 0.0 || down != 0.0;
-    if (drags_picture_ && moved) {
+    // Since the button went down, or since the last turn: the way to the first click does not count.
+    const auto dragged = [&](ImGuiMouseButton button) {
+        const ImVec2 way = ImGui::IsMouseDragging(button, 0.0f) ? ImGui::GetMouseDragDelta(button, 0.0f) : ImVec2{};
+        ImGui::ResetMouseDragDelta(button);
+        return std::pair{static_cast<double>(way.x), static_cast<double>(way.y)};
+    };
+    const auto [right, down] = dragged(ImGuiMouseButton_Left);
+    if (drags_picture_ && (right != 0.0 || down != 0.0)) {
         CameraRig& camera = model_.move_camera(status.seen);
         if (model_.camera_mode() == CameraMode::fly)
             camera.turn(right * orbit_speed * 0.5, -down * orbit_speed * 0.5);
         else
             camera.orbit(right * orbit_speed, -down * orbit_speed);
     }
-    const bool pans = ImGui::IsMouseDown(ImGuiMouseButton_Right) || ImGui::IsMouseDown(ImGuiMouseButton_Middle);
-    if (inside && pans && moved)
-        model_.move_camera(status.seen)
-            .pan(right / static_cast<double>(area.height), down / static_cast<double>(area.height));
+    for (const ImGuiMouseButton button : {ImGuiMouseButton_Right, ImGuiMouseButton_Middle}) {
+        if (ImGui::IsMouseClicked(button))
+            pans_ = inside;
+        const auto [x, y] = dragged(button);
+        if (pans_ && (x != 0.0 || y != 0.0))
+            model_.move_camera(status.seen)
+                .pan(x / static_cast<double>(area.height), y / static_cast<double>(area.height));
+    }
     if (inside && io.MouseWheel != 0.0f)
         model_.move_camera(status.seen).approach(std::pow(0.9, static_cast<double>(io.MouseWheel)));
 }
 
 void Ui::handle_keys(const UiStatus& status, UiActions& actions) {
     const ImGuiIO& io = ImGui::GetIO();
+    const auto pressed = std::exchange(pressed_, {});
     if (io.WantTextInput)
         return;
-    const auto pressed = [](int key) { return ImGui::IsKeyPressed(key); };
-    if (pressed(GLFW_KEY_SPACE))
-        model_.play(!model_.playing());
-    if (pressed(GLFW_KEY_LEFT))
-        model_.step(-1);
-    if (pressed(GLFW_KEY_RIGHT))
-        model_.step(1);
-    if (ImGui::IsKeyPressed(GLFW_KEY_H, false))
-        model_.show_interface = !model_.show_interface;
-    if (ImGui::IsKeyPressed(GLFW_KEY_F, false))
-        actions.freeze = true;
-    if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_Q, false))
-        actions.quit = true;
+    for (const auto& [key, control] : pressed) {
+        if (key == GLFW_KEY_SPACE)
+            model_.play(!model_.playing());
+        if (key == GLFW_KEY_LEFT || key == GLFW_KEY_RIGHT)
+            model_.step(key == GLFW_KEY_LEFT ? -1 : 1);
+        if (key == GLFW_KEY_H)
+            model_.show_interface = !model_.show_interface;
+        actions.freeze = actions.freeze || key == GLFW_KEY_F;
+        actions.quit = actions.quit || (key == GLFW_KEY_Q && control);
+    }
     if (io.KeyCtrl)
         return;
     const auto axis = [](int plus, int minus) {

@@ -8,6 +8,8 @@
 
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace sfumato::viewer {
 
@@ -41,6 +43,10 @@ class Ui {
     // Between ImGui's NewFrame and Render.
     UiActions draw(const UiStatus& status);
 
+    // A key was pressed, by GLFW's number. Told one by one: where frames are slow, a key may be up again before ImGui
+    // has seen it down.
+    void press(int key, bool control) { pressed_.emplace_back(key, control); }
+
     // Where the picture goes in a window of this size, in the window's coordinates.
     Rectangle picture_area(float width, float height) const;
 
@@ -57,6 +63,7 @@ class Ui {
     void draw_picture_choice(const char* label, const char* name, std::string& id);
     void draw_truth(const UiStatus& status);
     void draw_times(const UiStatus& status);
+    void draw_pass_times(const std::string& group, const PassTimes& times);
     void draw_files(const UiStatus& status, UiActions& actions);
     void draw_time_bar();
     void draw_labels(const Rectangle& area);
@@ -65,7 +72,8 @@ class Ui {
 
     Model& model_;
     WidgetLog& log_;
-    bool drags_divider_ = false, drags_picture_ = false;
+    std::vector<std::pair<int, bool>> pressed_;
+    bool drags_divider_ = false, drags_picture_ = false, pans_ = false;
     std::optional<std::pair<size_t, int>> move_; // of an effect, once the list is drawn
 };
 

@@ -157,20 +157,25 @@ void Ui::draw_times(const UiStatus& status) {
         ImGui::Text("%s: %.3f ms", group.c_str(), series.median());
         ImGui::PlotLines(("##" + group).c_str(), series.values().data(), static_cast<int>(series.values().size()), 0,
                          nullptr, 0.0f, static_cast<float>(series.maximum()) * 1.1f,
-                         {-1.0f, ImGui::GetFontSize() * 2.2f});
-        tooltip(fmt::format("{}: the last {} frames, from 0 to {:.3f} ms", group, series.values().size(),
-                            series.maximum() * 1.1));
+                         {ImGui::GetContentRegionAvail().x, ImGui::GetFontSize() * 2.5f});
+        tooltip(fmt::format("The last {} frames, from 0 to {:.3f} ms", series.values().size(), series.maximum() * 1.1));
+        draw_pass_times(group, *status.times);
     }
-    if (!ImGui::BeginTable("times", 5, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_RowBg))
+}
+
+void Ui::draw_pass_times(const std::string& group, const PassTimes& times) {
+    if (!ImGui::BeginTable(group.c_str(), 5, ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_RowBg))
         return;
     ImGui::TableSetupColumn("pass", ImGuiTableColumnFlags_WidthStretch);
     for (const char* column : {"median", "least", "most", "now"})
         ImGui::TableSetupColumn(column);
     ImGui::TableHeadersRow();
-    for (const PassTimes::Row& row : status.times->rows()) {
+    for (const PassTimes::Row& row : times.rows()) {
+        if (row.group != group)
+            continue;
         ImGui::TableNextColumn();
-        ImGui::TextUnformatted(row.pass.c_str());
-        tooltip(row.group);
+        // Passes are called "effect/pass"; the effect stands above.
+        ImGui::TextUnformatted(row.pass.c_str() + (row.pass.find('/') + 1));
         for (const double value :
              {row.series.median(), row.series.minimum(), row.series.maximum(), row.series.latest()}) {
             ImGui::TableNextColumn();

@@ -2,10 +2,11 @@
 #include "apps/viewer/viewer.h"
 
 #include "apps/cli/exit_code.h"
-#include "apps/cli/viewpoint.h"
 #include "apps/viewer/session.h"
 #include "apps/viewer/window.h"
 
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
 #include <algorithm>
 #include <backends/imgui_impl_glfw.h>
 #include <chrono>
@@ -54,10 +55,8 @@ Result<void> apply_options(Model& model, const ViewerOptions& options) {
         model.scrub(*options.frame);
     }
     if (!options.viewpoint.empty()) {
-        const auto view = cli::parse_viewpoint(options.viewpoint, 40.0);
-        if (!view)
-            return view.error();
-        model.set_viewpoint(*view);
+        if (auto set = model.set_viewpoint(options.viewpoint); !set)
+            return set;
     }
     if (auto chosen = choose_truth(model, options.truth); !chosen)
         return chosen;
@@ -126,14 +125,22 @@ Result<void> run_headless(const ViewerOptions& options, Model model, const Scene
 // ImGui's connection to the window.
 class WindowInput {
   public:
-    explicit WindowInput(GLFWwindow* window) { ImGui_ImplGlfw_InitForVulkan(window, true); }
+    WindowInput(GLFWwindow* window, Session& session) {
+        glfwSetWindowUserPointer(window, &session);
+        // ImGui hands on what it receives to those who came before.
+        glfwSetKeyCallback(window, [](GLFWwindow* from, int key, int, int action, int modifiers) {
+            if (action != GLFW_RELEASE)
+                static_cast<Session*>(glfwGetWindowUserPointer(from))->press(key, (modifiers & GLFW_MOD_CONTROL) != 0);
+        });
+        ImGui_ImplGlfw_InitForVulkan(window, true);
+    }
     ~WindowInput() { ImGui_ImplGlfw_Shutdown(); }
     WindowInput(const WindowInput&) = delete;
     WindowInput& operator=(const WindowInput&) = delete;
 };
 
 Result<void> run_loop(Window& window, Session& session) {
-    const WindowInput input(window.handle());
+    const WindowInput input(window.handle(), session);
     auto before = std::chrono::steady_clock::now();
     // After something has happened the panels need a few turns to show all of it.
     int awake = 3;
