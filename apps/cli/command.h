@@ -4,6 +4,7 @@
 #include "apps/cli/console.h"
 #include "apps/cli/effect_chain.h"
 #include "apps/cli/exit_code.h"
+#include "sfumato/image.h"
 
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -26,6 +27,7 @@ using Command = std::function<Outcome(const Invocation&, Console&)>;
 
 Command make_apply(CLI::App& app);
 Command make_render(CLI::App& app);
+Command make_view(CLI::App& app);
 Command make_compare(CLI::App& app);
 Command make_inspect(CLI::App& app);
 Command make_list(CLI::App& app);
@@ -33,6 +35,9 @@ Command make_list(CLI::App& app);
 // Options that several commands have.
 void add_chain_options(CLI::App& app, ChainOptions& options, std::string& save_config);
 CLI::Option* add_text(CLI::App& app, const std::string& name, std::string& target, const std::string& doc);
+
+// WIDTHxHEIGHT, as --size takes it. Error (invalid_argument): another text, sides beyond 1 to 16384.
+Result<Extent> parse_size(const std::string& text);
 
 // Threads for coding files: both ends of the pipeline share the machine.
 int coding_threads();

@@ -39,7 +39,15 @@ Result<std::unique_ptr<EffectRunner>> EffectRunner::create(apps::Device& device,
     auto context = Context::create(info);
     if (!context)
         return as_device(context.error());
-    std::unique_ptr<EffectRunner> runner(new EffectRunner(device, std::move(*context)));
+    auto runner = create(device, **context, chain);
+    if (runner)
+        (*runner)->own_context_ = std::move(*context);
+    return runner;
+}
+
+Result<std::unique_ptr<EffectRunner>> EffectRunner::create(apps::Device& device, Context& context,
+                                                           const EffectChain& chain) {
+    std::unique_ptr<EffectRunner> runner(new EffectRunner(device, context));
     for (const ChainLink& link : chain) {
         Stage stage{&link, nullptr, {}};
         for (const ImageRole& role : link.effect->images) {
@@ -116,6 +124,22 @@ const apps::HostImage* EffectRunner::colour() const {
             if (output.is_colour && output.is_written)
                 return &output.image;
     return nullptr;
+}
+
+const apps::HostImage* EffectRunner::output(std::string_view effect, std::string_view role) const {
+    for (const Stage& stage : stages_)
+        for (const Output& output : stage.outputs)
+            if (effect == stage.link->effect->name && role == output.role->name)
+                return &output.image;
+    return nullptr;
+}
+
+std::vector<std::pair<const EffectInfo*, PassTime>> EffectRunner::times() {
+    std::vector<std::pair<const EffectInfo*, PassTime>> result;
+    for (Stage& stage : stages_)
+        for (PassTime& time : stage.effect->times())
+            result.emplace_back(stage.link->effect, std::move(time));
+    return result;
 }
 
 std::map<std::string, ExtraOutput> EffectRunner::extras() const {

@@ -24,6 +24,9 @@ class EffectRunner {
     // `frames_in_flight` as ContextInfo has it. Errors are the device's.
     static Result<std::unique_ptr<EffectRunner>> create(apps::Device& device, const EffectChain& chain,
                                                         uint32_t frames_in_flight);
+    // In a context of the caller's, which must outlive the runner.
+    static Result<std::unique_ptr<EffectRunner>> create(apps::Device& device, Context& context,
+                                                        const EffectChain& chain);
 
     // Makes the outputs for pictures of this size, with nothing in flight. Cheap if they are there already.
     Result<void> prepare(Extent extent);
@@ -37,6 +40,12 @@ class EffectRunner {
     const apps::HostImage* colour() const;
     // What effects put out besides colour, by channel name: "AO", "bent_normal".
     std::map<std::string, ExtraOutput> extras() const;
+
+    // Any output that is made, to be written or not; null if there is none of that name.
+    const apps::HostImage* output(std::string_view effect, std::string_view role) const;
+
+    // GPU times of the newest finished frame, effect by effect; see Executor::times.
+    std::vector<std::pair<const EffectInfo*, PassTime>> times();
 
     Context& context() { return *context_; }
 
@@ -54,11 +63,11 @@ class EffectRunner {
         std::vector<Output> outputs;
     };
 
-    EffectRunner(apps::Device& device, std::unique_ptr<Context> context)
-        : device_(&device), context_(std::move(context)) {}
+    EffectRunner(apps::Device& device, Context& context) : device_(&device), context_(&context) {}
 
     apps::Device* device_;
-    std::unique_ptr<Context> context_;
+    std::unique_ptr<Context> own_context_; // empty if it is the caller's
+    Context* context_;
     std::vector<Stage> stages_;
     Extent extent_;
 };

@@ -23,6 +23,7 @@ constexpr Registered commands[] = {
     {"apply", "run effects on images or a sequence", make_apply},
     {"render", "render a built-in scene, with effects and ground truth", make_render},
     {"compare", "metrics of a picture against a reference", make_compare},
+    {"view", "look at a scene and its effects in a window", make_view},
     {"inspect", "what an EXR holds, and what its channels mean", make_inspect},
     {"list", "effects, presets, parameters, devices, scenes", make_list},
 };

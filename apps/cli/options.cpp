@@ -2,6 +2,8 @@
 #include "apps/cli/command.h"
 
 #include <algorithm>
+#include <charconv>
+#include <fmt/format.h>
 #include <thread>
 
 namespace sfumato::cli {
@@ -17,6 +19,19 @@ void add_chain_options(CLI::App& app, ChainOptions& options, std::string& save_c
         ->allow_extra_args(false);
     add_text(app, "--config", options.config, "Parameters from a TOML file; --preset and --set win");
     add_text(app, "--save-config", save_config, "Write the effective parameters to a TOML file");
+}
+
+Result<Extent> parse_size(const std::string& text) {
+    Extent extent;
+    const char* end = text.data() + text.size();
+    const auto [x, width_error] = std::from_chars(text.data(), end, extent.width);
+    const bool has_x = width_error == std::errc() && x != end && (*x == 'x' || *x == 'X');
+    const auto [last, height_error] = std::from_chars(has_x ? x + 1 : end, end, extent.height);
+    if (!has_x || height_error != std::errc() || last != end || !extent || extent.width > 16384 ||
+        extent.height > 16384)
+        return usage_error(
+            fmt::format("--size {}: write WIDTHxHEIGHT, as in 1920x1080, with sides from 1 to 16384", text));
+    return extent;
 }
 
 int coding_threads() {

@@ -5,6 +5,7 @@
 #include "apps/cli/pipeline.h"
 #include "apps/cli/render_frames.h"
 #include "apps/cli/render_particles.h"
+#include "apps/cli/viewpoint.h"
 #include "media/png_file.h"
 #include "media/sequence.h"
 
@@ -37,19 +38,6 @@ struct RenderCommandOptions {
     bool no_clobber = false;
     bool dry_run = false;
 };
-
-Result<Extent> parse_size(const std::string& text) {
-    Extent extent;
-    const char* end = text.data() + text.size();
-    const auto [x, width_error] = std::from_chars(text.data(), end, extent.width);
-    const bool has_x = width_error == std::errc() && x != end && (*x == 'x' || *x == 'X');
-    const auto [last, height_error] = std::from_chars(has_x ? x + 1 : end, end, extent.height);
-    if (!has_x || height_error != std::errc() || last != end || !extent || extent.width > 16384 ||
-        extent.height > 16384)
-        return usage_error(
-            fmt::format("--size {}: write WIDTHxHEIGHT, as in 1920x1080, with sides from 1 to 16384", text));
-    return extent;
-}
 
 // A number of sub-frames asks for motion blur, as its name does; occlusion is asked for by name.
 Result<TruthRequest> parse_truth(const RenderCommandOptions& options) {
@@ -258,6 +246,7 @@ Command make_render(CLI::App& app) {
     add_text(app, "-o,--output", options->output, "File or pattern: .exr with all channels, or .png")->required();
     add_text(app, "--frames", options->frames, "Frames (default: the key frame, or all for a pattern)");
     add_text(app, "--size", options->size, "WIDTHxHEIGHT (default: 960x540)");
+    add_text(app, "--viewpoint", options->scene.viewpoint, viewpoint_doc);
     add_text(app, "--effects,--apply", options->chain.effects, "Effects, left to right: motion-blur[,…]");
     add_text(app, "--particles", options->particles,
              "Particles before the other effects, with this preset (list presets particles)");

@@ -2,6 +2,7 @@
 #include "apps/cli/render_scene.h"
 
 #include "apps/cli/exit_code.h"
+#include "apps/cli/viewpoint.h"
 
 #include <algorithm>
 #include <cctype>
@@ -13,6 +14,7 @@ namespace sfumato::cli {
 
 namespace {
 
+constexpr double default_view_angle = 40.0;
 constexpr double turntable_view_angle = 30.0, turntable_elevation = 15.0; // degrees
 
 bool has_model_extension(const std::filesystem::path& path) {
@@ -99,7 +101,15 @@ Result<SceneChoice> choose_scene(const SceneOptions& options) {
                    ? input_error(fmt::format("{}: models are .gltf or .glb files", options.scene))
                    : no_such_scene(options.scene);
     }
+    if (!options.viewpoint.empty()) {
+        if (options.turntable || !options.camera_name.empty())
+            return usage_error("--viewpoint is a camera, as --turntable and --camera-name are; name one");
+        if (auto checked = parse_viewpoint(options.viewpoint, default_view_angle); !checked)
+            return checked.error();
+    }
     auto choice = builtin ? choose_builtin(options, *builtin) : choose_model(options);
+    if (choice)
+        choice->viewpoint = options.viewpoint;
     if (choice && options.turntable) {
         choice->turntable_frames = options.turntable_frames;
         choice->info.frames = options.turntable_frames;
@@ -116,6 +126,12 @@ Result<std::unique_ptr<scene::SceneSource>> open_scene(SceneChoice& choice, cons
     if (source && choice.turntable_frames > 0.0)
         (*source)->set_camera(
             scene::turntable((*source)->bounds(), turntable_view_angle, choice.turntable_frames, turntable_elevation));
+    if (source && !choice.viewpoint.empty()) {
+        const auto view = parse_viewpoint(choice.viewpoint, (*source)->view((*source)->info().key_frame).view_angle);
+        if (!view)
+            return view.error();
+        (*source)->set_camera(standing_at(*view));
+    }
     return source;
 }
 

@@ -17,6 +17,7 @@ struct SceneOptions {
     std::string scene;       // a name, or the path of a .gltf or .glb
     std::string animation;   // name, number or `none`; "": the first
     std::string camera_name; // of the file; "": the first, or a view of the bounds
+    std::string viewpoint;   // "": the scene's own camera, see parse_viewpoint
     bool no_ground = false;
     bool turntable = false;
     int turntable_frames = 48;
@@ -30,6 +31,7 @@ struct SceneChoice {
     scene::SceneInfo info;
     scene::Bounds bounds; // of a model
     double turntable_frames = 0.0;
+    std::string viewpoint;
 
     bool is_model() const { return builtin == nullptr; }
 };

@@ -39,6 +39,14 @@ bool has_instance_extension(const VulkanFunctions& functions, const char* layer,
                                [&](const auto& item) { return std::strcmp(item.extensionName, wanted) == 0; });
 }
 
+bool has_device_extension(const VulkanFunctions& functions, VkPhysicalDevice device, const std::string& wanted) {
+    uint32_t count = 0;
+    functions.EnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+    std::vector<VkExtensionProperties> extensions(count);
+    functions.EnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
+    return std::ranges::any_of(extensions, [&](const auto& item) { return wanted == item.extensionName; });
+}
+
 } // namespace
 
 struct Device::Messages {
@@ -83,9 +91,9 @@ Result<std::unique_ptr<Device>> Device::create(const DeviceOptions& options) {
     std::unique_ptr<Device> device(new Device);
     if (auto made = device->create_instance(options); !made)
         return made.error();
-    if (auto chosen = device->choose_device(options.device); !chosen)
+    if (auto chosen = device->choose_device(options); !chosen)
         return chosen.error();
-    if (auto made = device->create_device(); !made)
+    if (auto made = device->create_device(options); !made)
         return made.error();
     auto commands = device->create_commands();
     if (!commands)
@@ -121,6 +129,11 @@ Result<void> Device::create_instance(const DeviceOptions& options) {
                                                  "VK_EXT_debug_utils is not installed"};
         layers.push_back(validation_layer);
         extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+    }
+    for (const std::string& extension : options.instance_extensions) {
+        if (!has_instance_extension(functions_, nullptr, extension.c_str()))
+            return Error{ErrorCode::unsupported, "this machine's Vulkan lacks the instance extension " + extension};
+        extensions.push_back(extension.c_str());
     }
     labels_ = options.labels && debug_utils;
     if (labels_ || options.validation)
@@ -160,11 +173,11 @@ Result<void> Device::create_instance(const DeviceOptions& options) {
     return {};
 }
 
-Result<void> Device::choose_device(const std::string& wanted) {
-    auto all = candidates(functions_, instance_);
+Result<void> Device::choose_device(const DeviceOptions& options) {
+    auto all = candidates(functions_, instance_, options.graphics ? VK_QUEUE_GRAPHICS_BIT : 0);
     if (!all)
         return all.error();
-    auto chosen = choose(*all, wanted);
+    auto chosen = choose(*all, options.device);
     if (!chosen)
         return chosen.error();
     physical_device_ = chosen->handle;
@@ -173,8 +186,14 @@ Result<void> Device::choose_device(const std::string& wanted) {
     return {};
 }
 
-Result<void> Device::create_device() {
+Result<void> Device::create_device(const DeviceOptions& options) {
     const Requirements needs = requirements();
+    std::vector<const char*> extensions = needs.extensions;
+    for (const std::string& extension : options.device_extensions) {
+        if (!has_device_extension(functions_, physical_device_, extension))
+            return Error{ErrorCode::unsupported, description_.name + " lacks the device extension " + extension};
+        extensions.push_back(extension.c_str());
+    }
     const float priority = 1.0f;
     VkDeviceQueueCreateInfo queue{};
     queue.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
@@ -185,8 +204,8 @@ Result<void> Device::create_device() {
     info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
     info.queueCreateInfoCount = 1;
     info.pQueueCreateInfos = &queue;
-    info.enabledExtensionCount = static_cast<uint32_t>(needs.extensions.size());
-    info.ppEnabledExtensionNames = needs.extensions.data();
+    info.enabledExtensionCount = static_cast<uint32_t>(extensions.size());
+    info.ppEnabledExtensionNames = extensions.data();
     info.pEnabledFeatures = &needs.features;
     VkDevice made = VK_NULL_HANDLE;
     if (const VkResult result = functions_.CreateDevice(physical_device_, &info, nullptr, &made); result != VK_SUCCESS)
@@ -289,7 +308,8 @@ Result<void> Device::begin(Commands& commands) const {
     return {};
 }
 
-Result<void> Device::submit(Commands& commands) const {
+Result<void> Device::submit(Commands& commands, VkSemaphore wait_for, VkPipelineStageFlags stage,
+                            VkSemaphore signal) const {
     if (const VkResult result = functions_.EndCommandBuffer(commands.buffer_); result != VK_SUCCESS)
         return vulkan_error(result, "vkEndCommandBuffer");
     if (const VkResult result = functions_.ResetFences(device_, 1, &commands.fence_); result != VK_SUCCESS)
@@ -298,6 +318,11 @@ Result<void> Device::submit(Commands& commands) const {
     info.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
     info.commandBufferCount = 1;
     info.pCommandBuffers = &commands.buffer_;
+    info.waitSemaphoreCount = wait_for ? 1 : 0;
+    info.pWaitSemaphores = &wait_for;
+    info.pWaitDstStageMask = &stage;
+    info.signalSemaphoreCount = signal ? 1 : 0;
+    info.pSignalSemaphores = &signal;
     if (const VkResult result = functions_.QueueSubmit(queue_, 1, &info, commands.fence_); result != VK_SUCCESS)
         return vulkan_error(result, "vkQueueSubmit");
     commands.pending_ = true;

@@ -21,6 +21,9 @@ struct DeviceOptions {
     std::string device;      // index or part of the name; empty: the best (discrete, integrated, virtual, cpu)
     bool validation = false; // VK_LAYER_KHRONOS_validation with synchronisation validation; see validation_messages()
     bool labels = false;     // VK_EXT_debug_utils, where there is one
+    bool graphics = false;   // the queue must be able to draw as well as to compute
+    std::vector<std::string> instance_extensions = {}; // needed besides; an error where there is none
+    std::vector<std::string> device_extensions = {};
 };
 
 struct DeviceDescription {
@@ -137,8 +140,9 @@ class Device {
     uint32_t queue_family() const { return queue_family_; }
     const VulkanFunctions& functions() const { return functions_; }
 
-    Result<HostImage> create_image(VkFormat format, Extent extent);
-    Result<HostBuffer> create_buffer(size_t bytes);
+    // `more_usage`: beyond what every HostImage has.
+    Result<HostImage> create_image(VkFormat format, Extent extent, VkImageUsageFlags more_usage = 0);
+    Result<HostBuffer> create_buffer(size_t bytes, VkBufferUsageFlags more_usage = 0);
 
     // Copies `values`, width × height pixels of `components` channels, row by row from the top, and waits. Conversion
     // as in encode_pixels. Earlier commands of the queue have finished with the image when it changes.
@@ -157,7 +161,10 @@ class Device {
     // Commands for the frames in flight: create once, then begin, record, submit, and wait before the next begin.
     Result<Commands> create_commands() const;
     Result<void> begin(Commands& commands) const;
-    Result<void> submit(Commands& commands) const;
+    // `wait_for`, if there is one, is waited for by `stage`; `signal`, if there is one, is signalled at the end.
+    Result<void> submit(Commands& commands, VkSemaphore wait_for = VK_NULL_HANDLE,
+                        VkPipelineStageFlags stage = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
+                        VkSemaphore signal = VK_NULL_HANDLE) const;
     Result<void> wait(Commands& commands) const; // nothing to do if it is not pending
 
     // One-shot commands.
@@ -179,8 +186,8 @@ class Device {
     Device();
     VkDebugUtilsMessengerCreateInfoEXT messenger_info() const;
     Result<void> create_instance(const DeviceOptions& options);
-    Result<void> choose_device(const std::string& wanted);
-    Result<void> create_device();
+    Result<void> choose_device(const DeviceOptions& options);
+    Result<void> create_device(const DeviceOptions& options);
     Result<VkDeviceMemory> allocate(const VkMemoryRequirements& needs, VkMemoryPropertyFlags required,
                                     VkMemoryPropertyFlags preferred, std::string_view what) const;
     Result<void> ensure_staging(size_t bytes);

@@ -99,7 +99,7 @@ std::optional<uint32_t> choose_queue_family(const VulkanFunctions& functions, Vk
     return found;
 }
 
-Candidate describe(const VulkanFunctions& functions, VkPhysicalDevice handle, uint32_t index) {
+Candidate describe(const VulkanFunctions& functions, VkPhysicalDevice handle, uint32_t index, VkQueueFlags more_flags) {
     VkPhysicalDeviceProperties properties{};
     functions.GetPhysicalDeviceProperties(handle, &properties);
     VkPhysicalDeviceMemoryProperties memory{};
@@ -121,7 +121,7 @@ Candidate describe(const VulkanFunctions& functions, VkPhysicalDevice handle, ui
             description.memory_bytes += memory.memoryHeaps[heap].size;
 
     const Requirements needs = requirements();
-    const auto family = choose_queue_family(functions, handle, needs.queue_flags, description);
+    const auto family = choose_queue_family(functions, handle, needs.queue_flags | more_flags, description);
     candidate.queue_family = family.value_or(0);
     description.timestamps = description.timestamps && properties.limits.timestampPeriod > 0.0f;
     if (properties.apiVersion < needs.api_version)
@@ -132,7 +132,8 @@ Candidate describe(const VulkanFunctions& functions, VkPhysicalDevice handle, ui
                                          ? "it lacks a device feature that Sfumato needs"
                                          : "it lacks the feature shaderStorageImageWriteWithoutFormat";
     else if (!family)
-        description.why_not_usable = "it has no compute queue";
+        description.why_not_usable =
+            more_flags ? "it has no queue that both computes and draws" : "it has no compute queue";
     return candidate;
 }
 
@@ -196,7 +197,8 @@ Result<void> load_instance_functions(VulkanFunctions& functions, VkInstance inst
     return {};
 }
 
-Result<std::vector<Candidate>> candidates(const VulkanFunctions& functions, VkInstance instance) {
+Result<std::vector<Candidate>> candidates(const VulkanFunctions& functions, VkInstance instance,
+                                          VkQueueFlags more_flags) {
     uint32_t count = 0;
     VkResult result = functions.EnumeratePhysicalDevices(instance, &count, nullptr);
     std::vector<VkPhysicalDevice> handles(count);
@@ -208,7 +210,7 @@ Result<std::vector<Candidate>> candidates(const VulkanFunctions& functions, VkIn
         return vulkan_error(result, "vkEnumeratePhysicalDevices");
     std::vector<Candidate> all;
     for (uint32_t i = 0; i < count; ++i)
-        all.push_back(describe(functions, handles[i], i));
+        all.push_back(describe(functions, handles[i], i, more_flags));
     return all;
 }
 

@@ -25,8 +25,10 @@ struct Candidate {
     DeviceDescription description;
 };
 
-// All devices of an instance with their descriptions. Error: there is none.
-Result<std::vector<Candidate>> candidates(const VulkanFunctions& functions, VkInstance instance);
+// All devices of an instance with their descriptions; `more_flags`: what their queue must be able to do besides what
+// the library needs. Error: there is none.
+Result<std::vector<Candidate>> candidates(const VulkanFunctions& functions, VkInstance instance,
+                                          VkQueueFlags more_flags = 0);
 
 // The best usable candidate that `wanted` (index, part of the name, or empty) names.
 Result<Candidate> choose(const std::vector<Candidate>& all, const std::string& wanted);

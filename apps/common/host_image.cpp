@@ -108,7 +108,7 @@ Result<VkDeviceMemory> Device::allocate(const VkMemoryRequirements& needs, VkMem
     return Error{ErrorCode::out_of_memory, "no memory type fits " + std::string(what)};
 }
 
-Result<HostImage> Device::create_image(VkFormat format, Extent extent) {
+Result<HostImage> Device::create_image(VkFormat format, Extent extent, VkImageUsageFlags more_usage) {
     VkPhysicalDeviceProperties properties{};
     functions_.GetPhysicalDeviceProperties(physical_device_, &properties);
     const uint32_t most = properties.limits.maxImageDimension2D;
@@ -128,7 +128,8 @@ Result<HostImage> Device::create_image(VkFormat format, Extent extent) {
     info.mipLevels = 1;
     info.arrayLayers = 1;
     info.samples = VK_SAMPLE_COUNT_1_BIT;
-    info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
+    info.usage =
+        VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT | more_usage;
     if (can_store(format))
         info.usage |= VK_IMAGE_USAGE_STORAGE_BIT;
     HostImage made;
@@ -194,15 +195,15 @@ Result<void> Device::clear(const HostImage& image) {
     return submit_and_wait();
 }
 
-Result<HostBuffer> Device::create_buffer(size_t bytes) {
+Result<HostBuffer> Device::create_buffer(size_t bytes, VkBufferUsageFlags more_usage) {
     HostBuffer made;
     made.device_ = this;
     made.size_ = bytes;
     VkBufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
     info.size = bytes;
-    info.usage =
-        VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
+    info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                 VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | more_usage;
     if (const VkResult result = functions_.CreateBuffer(device_, &info, nullptr, &made.buffer_); result != VK_SUCCESS) {
         made.buffer_ = VK_NULL_HANDLE;
         return vulkan_error(result, "creating a buffer of " + std::to_string(bytes) + " bytes");

@@ -10,7 +10,7 @@ using CliDevice = ProgramTest;
 TEST_F(CliUsage, commands_and_options) {
     expect_error({}, 2, {"no command"});
     expect_error({"aply"}, 2, {"unknown command 'aply'", "did you mean 'apply'?"});
-    expect_error({"view"}, 2, {"unknown command 'view'"});
+    expect_error({"view"}, 2, {"view", "SCENE"});
     expect_error({"--versoin"}, 2, {"unknown option '--versoin'", "did you mean '--version'?"});
     expect_error({"apply"}, 2, {"apply", "EFFECTS"});
     expect_error({"apply", "motion-blur", "a.exr"}, 2, {"--output"});
