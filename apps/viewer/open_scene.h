@@ -1,6 +1,7 @@
 // The one place where the name on the command line becomes a scene.
 #pragma once
 
+#include "apps/common/device.h"
 #include "scene/scene_source.h"
 
 #include <functional>
@@ -9,10 +10,11 @@
 
 namespace sfumato::viewer {
 
-using SceneOpener = std::function<Result<std::unique_ptr<scene::SceneSource>>(Context& context)>;
+using SceneOpener =
+    std::function<Result<std::unique_ptr<scene::SceneSource>>(const apps::Device& device, Context& context)>;
 
-// Decides what `name` is without a device; opening it comes later, with one. Error (invalid_argument): there is no such
-// scene.
+// Decides what `name` is without a device: a built-in scene, or a glTF file; opening it comes later, with one, and once.
+// Errors: there is no such scene or file, or the file is broken.
 Result<SceneOpener> choose_scene(const std::string& name);
 
 } // namespace sfumato::viewer

@@ -27,7 +27,7 @@ Result<std::unique_ptr<PictureRenderer>> PictureRenderer::create(apps::Device& d
     if (!context)
         return as_device(context.error());
     std::unique_ptr<PictureRenderer> made(new PictureRenderer(device, std::move(*context)));
-    auto source = open(*made->context_);
+    auto source = open(device, *made->context_);
     if (!source)
         return source.error();
     made->source_ = std::move(*source);
