@@ -53,7 +53,10 @@ struct Seen {
 vec4 part_before(ivec2 texel, float z, out float fit) {
     const vec2 depths = texelFetch(block_depths, texel, 0).xy;
     fit = 1.0 / (1e-3 + abs(z - clamp(z, depths.x, depths.y)) / (z * constants.depth_tolerance));
-    const float part = depths.y > depths.x ? clamp((z - depths.x) / (depths.y - depths.x), 0.0, 1.0) : 1.0;
+    // In inverse depth; what is well behind the nearest surface sees all that is behind it, though the farthest be sky.
+    const float part = depths.y > depths.x
+                           ? clamp(2.0 * (1.0 / depths.x - 1.0 / z) / (1.0 / depths.x - 1.0 / depths.y), 0.0, 1.0)
+                           : 1.0;
     return mix(texelFetch(near_image, texel, 0), texelFetch(far_image, texel, 0), part);
 }
 
@@ -97,7 +100,7 @@ vec3 light_left(vec3 position) {
     const vec3 place = light_space(constants.light_0, position);
     const vec2 texel = (place.xy - space.corner) / space.texel;
     // Slices are no layers along the light: as in the document, what is not before them all is behind them all.
-    const float depth = !by_rank                ? depth_at(0u, space, texel, place.z)
+    const float depth = !by_rank                ? depth_at(0u, space, texel, place.z).depth
                         : place.z > space.first ? summed_layer(0u, int(constants.layers) - 1, texel)
                                                 : 0.0;
     return exp(-constants.shadow_colour.rgb * depth);

@@ -21,11 +21,28 @@ float summed_layer(uint light, int layer, vec2 texel) {
 // Slices: everything in the layers before this one, as the document's alternation of picture and shadow buffer has it.
 float depth_before_layer(uint light, vec2 texel, uint layer) { return summed_layer(light, int(layer) - 1, texel); }
 
-// Between the layers' faces optical depth grows evenly.
-float depth_at(uint light, LightSpace space, vec2 texel, float along) {
+// Slope of a curve that never falls, where it rises by `before` up to a point and by `after` from it on (the harmonic
+// mean of Fritsch and Butland, 1984): level where one of them is level, so that the curve does not overshoot.
+float slope_between(float before, float after) { return before * after > 0.0 ? 2.0 * before * after / (before + after) : 0.0; }
+
+struct DepthAlong {
+    float depth; // optical, from the light
+    float share; // of its layer's own depth that is in it
+};
+
+// Between the layers' faces optical depth grows along a monotone cubic: evenly inside a cloud, later where the cloud
+// only begins in the layer.
+DepthAlong depth_at(uint light, LightSpace space, vec2 texel, float along) {
     const float at = clamp((along - space.first) / space.spacing, 0.0, float(constants.layers));
-    const int layer = int(min(at, float(constants.layers) - 1.0));
-    return mix(summed_layer(light, layer - 1, texel), summed_layer(light, layer, texel), at - float(layer));
+    const int layer = int(min(at, float(constants.layers) - 1.0)), last = int(constants.layers) - 1;
+    const float t = at - float(layer);
+    const float start = summed_layer(light, layer - 1, texel);
+    const float rise = summed_layer(light, layer, texel) - start;
+    const float rise_before = start - summed_layer(light, layer - 2, texel);
+    const float rise_after = layer < last ? summed_layer(light, layer + 1, texel) - start - rise : 0.0;
+    const float slope_start = slope_between(rise_before, rise), slope_end = slope_between(rise, rise_after);
+    const float part = t * t * (3.0 - 2.0 * t) * rise + t * (1.0 - t) * ((1.0 - t) * slope_start - t * slope_end);
+    return DepthAlong(start + part, rise > 0.0 ? clamp(part / rise, 0.0, 1.0) : 0.0);
 }
 
 // A particle's own share of what is read at a place: that of the four texels it is interpolated from.
@@ -49,7 +66,6 @@ float own_factor(Footprint f) {
 
 // For a particle: it does not shadow itself, though its layer holds it.
 float depth_before(uint light, LightSpace space, Footprint f, vec2 texel, float along, float own) {
-    const float at = clamp((along - space.first) / space.spacing, 0.0, float(constants.layers));
-    const float within = at - floor(min(at, float(constants.layers) - 1.0));
-    return max(depth_at(light, space, texel, along) - (scattering ? 0.0 : within * own_depth(f, texel, own)), 0.0);
+    const DepthAlong found = depth_at(light, space, texel, along);
+    return max(found.depth - (scattering ? 0.0 : found.share * own_depth(f, texel, own)), 0.0);
 }
