@@ -12,9 +12,8 @@ Result<SceneOpener> choose_scene(const std::string& name) {
     if (!choice)
         return choice.error();
     const auto kept = std::make_shared<cli::SceneChoice>(std::move(*choice));
-    return SceneOpener([kept](const apps::Device& device, Context& context) {
-        return cli::open_scene(*kept, device, context);
-    });
+    return SceneOpener(
+        [kept](const apps::Device& device, Context& context) { return cli::open_scene(*kept, device, context); });
 }
 
 } // namespace sfumato::viewer
