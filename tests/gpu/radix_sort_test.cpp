@@ -174,6 +174,19 @@ TEST_F(RadixSortTest, a_million_pairs) {
     check(whole(random_words(1048577, 12), 16), "a million");
 }
 
+// Dispatches and barriers are what small sorts cost.
+TEST_F(RadixSortTest, three_dispatches_a_digit) {
+    for (const uint32_t bits : {8u, 12u, 16u, 24u, 32u}) {
+        Planner planner("passes");
+        const ResourceId keys = planner.buffer("keys", 400);
+        plan_radix_sort(planner, keys, no_resource, {no_resource, 0, 100}, bits);
+        const Plan plan = std::move(planner).finish();
+        ASSERT_EQ(plan.passes.size(), 3 * ((bits + 7) / 8));
+        for (size_t i = 1; i < plan.passes.size(); ++i)
+            EXPECT_EQ(plan.passes[i].barrier, Barrier::memory) << plan.passes[i].name;
+    }
+}
+
 TEST_F(RadixSortTest, scratch_is_what_the_plan_holds) {
     for (const uint32_t capacity : {1u, 2048u, 2049u, 100003u})
         for (const uint32_t bits : {8u, 16u, 24u, 32u})
