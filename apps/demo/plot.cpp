@@ -12,7 +12,7 @@ namespace {
 
 constexpr double width = 720.0, height = 440.0;
 constexpr double left = 74.0, right = 20.0, top = 18.0, bottom = 58.0;
-constexpr double letter = 8.4, line_height = 16.0; // of labels, about; the style says 14 px
+constexpr double letter = 8.8, line_height = 16.0; // of labels, about; the style says 14 px
 constexpr double dot = 5.5;
 
 struct Box {
@@ -169,9 +169,19 @@ std::string point_svg(const Plot& plot, const PlotPoint& point, const Axes& axes
     if (std::hypot(near_x - x, near_y - y) > dot + 8.0)
         svg += fmt::format("<line class=\"leader\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>", x, y,
                            near_x, near_y);
+    // The side that faces the point is the exact one: how wide the text will be is a guess.
+    const bool is_right = box.x0 > x, is_left = box.x1 < x;
     svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"/>"
-                       "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text></g>\n",
-                       x, y, dot, (box.x0 + box.x1) / 2, box.y1 - 4.0, escaped(point.label));
+                       "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text></g>\n",
+                       x, y, dot,
+                       is_right  ? box.x0
+                       : is_left ? box.x1
+                                 : (box.x0 + box.x1) / 2,
+                       box.y1 - 4.0,
+                       is_right  ? "start"
+                       : is_left ? "end"
+                                 : "middle",
+                       escaped(point.label));
     return svg;
 }
 
