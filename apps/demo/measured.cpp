@@ -108,7 +108,8 @@ std::string time_table(const EffectTour& effect) {
         for (const Json& pass : row.value("passes", Json::array()))
             if (const std::string name = text_at(pass, "pass"); std::ranges::find(passes, name) == passes.end())
                 passes.push_back(name);
-    std::string head = "<tr><th scope=\"col\">preset</th><th scope=\"col\">whole</th><th scope=\"col\">least</th>";
+    std::string head =
+        "<tr><th scope=\"col\">preset</th><th scope=\"col\">whole</th><th scope=\"col\">least whole</th>";
     for (const std::string& pass : passes)
         head += fmt::format("<th scope=\"col\">{}</th>", escaped(pass));
     head += "<th scope=\"col\">memory, MiB</th></tr>";
@@ -222,7 +223,7 @@ std::string measured_section(const EffectTour& effect, bool is_software) {
     const bool has_errors = !rows_of(effect.quality).empty(), has_times = !rows_of(effect.times).empty();
     if (is_software && has_times)
         html += "<p>Times are those of a software device: they say how the presets compare on this processor, and "
-                "nothing about a GPU.</p>\n";
+                "nothing about a GPU. Whatever else it had to do meanwhile is in them.</p>\n";
     if (has_errors && has_times)
         html += plot_figure(effect, is_software);
     if (has_errors) {

@@ -137,9 +137,9 @@ std::string levels(const Plot& plot, const Axes& axes, std::vector<Box>& taken) 
             continue;
         const double y = axes.y(line.error), end = width - right, w = text_width(line.label);
         svg += fmt::format("<g class=\"level\"><line x1=\"{1}\" x2=\"{2}\" y1=\"{0:.1f}\" y2=\"{0:.1f}\"/>"
-                           "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5}</text></g>\n",
-                           y, left, end, end - 4.0, y - 5.0, escaped(line.label));
-        taken.push_back({end - 4.0 - w, y - 5.0 - line_height, end, y});
+                           "<text x=\"{3}\" y=\"{4:.1f}\">{5}</text></g>\n",
+                           y, left, end, left + 6.0, y - 5.0, escaped(line.label));
+        taken.push_back({left, y - 5.0 - line_height, left + 6.0 + w, y});
     }
     return svg;
 }
