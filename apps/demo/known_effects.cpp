@@ -12,15 +12,15 @@ const std::vector<KnownEffect> table = {
              "velocity, nothing else, and smears what moves as a camera would whose shutter is open for half of the "
              "frame. The truth is the mean of many sharp frames within that time.",
      .scenes = {{"fairground",
-                 "Look at the edges of what moves, and at the wheel: its spokes should melt into a disc "
-                 "while the hub stays sharp.",
+                 "Look at the sails of the windmill, sharp at the hub and ever softer towards their tips, and at the "
+                 "wall behind them, which stays sharp.",
                  {}},
                 {"two-trains",
-                 "Two opposite motions at different depths, with gaps between the cars: the hardest "
-                 "places are where one train shows through the gaps of the other.",
+                 "The hardest places are those where one train shows through the gaps of the other.",
                  {"dx11", "high", "ultra"}}},
      .pictures = {},
      .presets_heading = "",
+     .truths = {},
      .views = {{"velocity", "Motion of each pixel: direction as hue, length against the longest blur as brightness.",
                 ""},
                {"depth", "View depth, as the passes after the first read it.", ""},
@@ -43,6 +43,10 @@ const std::vector<KnownEffect> table = {
                    "Ambient light scaled by the visibility of preset high.",
                    {"--effects", "ambient-occlusion", "--preset", "high", "--set", "application=ambient"}}},
      .presets_heading = "visibility, white where the whole sky is seen",
+     .truths = {{"truth", "Traced with rays of 1.5 m, as far as most presets reach.", {"--truth", "ambient-occlusion"}},
+                {"truth, 0.3 m",
+                 "Traced with rays of 0.3 m, as far as hbao-crease reaches.",
+                 {"--truth", "ambient-occlusion", "--truth-radius", "0.3"}}},
      .views = {{"depth", "View depth, as the estimate reads it.", ""},
                {"normal", "Normals, lit from the upper left.", ""},
                {"mip", "The coarsest level of depth that the samples of a pixel read.", ""},

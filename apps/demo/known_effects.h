@@ -30,6 +30,8 @@ struct KnownEffect {
     std::vector<KnownScene> scenes;
     std::vector<KnownPicture> pictures;
     std::string presets_heading; // not "": what presets show is compared apart from the scene's colour
+    // None: those that the bench writes, which are encoded for display only where the effect's own result is.
+    std::vector<KnownPicture> truths;
     std::vector<KnownView> views;
     std::vector<Figure> figures;
     std::string figures_text;

@@ -108,7 +108,8 @@ std::string time_table(const EffectTour& effect) {
         for (const Json& pass : row.value("passes", Json::array()))
             if (const std::string name = text_at(pass, "pass"); std::ranges::find(passes, name) == passes.end())
                 passes.push_back(name);
-    std::string head = "<tr><th scope=\"col\">preset</th><th scope=\"col\">whole</th><th scope=\"col\">least</th>";
+    std::string head =
+        "<tr><th scope=\"col\">preset</th><th scope=\"col\">whole</th><th scope=\"col\">least whole</th>";
     for (const std::string& pass : passes)
         head += fmt::format("<th scope=\"col\">{}</th>", escaped(pass));
     head += "<th scope=\"col\">memory, MiB</th></tr>";
@@ -140,12 +141,14 @@ double mean_error(const Json& rows, const std::string& key, const std::string& l
     return count > 0.0 ? sum / count : none;
 }
 
-Plot plot_of(const EffectTour& effect) {
+// On a processor other programs disturb the median, so there the least counts.
+Plot plot_of(const EffectTour& effect, bool is_software) {
     const Json errors = rows_of(effect.quality), times = rows_of(effect.times);
     const Figure& figure = effect.figures.front();
     Plot plot;
     plot.title = fmt::format("{}: {} against time, a point for each preset", effect.title, figure.heading);
-    plot.x_label = fmt::format("milliseconds at {}", size_text(times));
+    plot.x_label = fmt::format("milliseconds at {}, {} of {} frames", size_text(times),
+                               is_software ? "the least" : "median", effect.times.figures.value("frames", 0));
     plot.y_label = figure.heading;
     const std::string usual = errors.empty() ? "" : text_at(errors[0], "truth");
     std::vector<std::string> done;
@@ -163,7 +166,8 @@ Plot plot_of(const EffectTour& effect) {
         }
         for (const Json& time : times)
             if (text_at(time, "preset") == preset) {
-                const double milliseconds = number(time.value("time", Json::object()), "median_ms");
+                const double milliseconds =
+                    number(time.value("time", Json::object()), is_software ? "minimum_ms" : "median_ms");
                 plot.points.push_back({preset,
                                        fmt::format("{}: {} ms, {} {}{}", label, time_text(milliseconds), figure.heading,
                                                    fixed(error, figure.decimals), figure.unit),
@@ -173,8 +177,8 @@ Plot plot_of(const EffectTour& effect) {
     return plot;
 }
 
-std::string plot_figure(const EffectTour& effect) {
-    const Plot plot = plot_of(effect);
+std::string plot_figure(const EffectTour& effect, bool is_software) {
+    const Plot plot = plot_of(effect, is_software);
     const std::string svg = plot_svg(plot);
     if (svg.empty())
         return "";
@@ -191,9 +195,12 @@ std::string plot_figure(const EffectTour& effect) {
 } // namespace
 
 std::string command_html(const Arguments& command, const std::string& what) {
+    std::string words; // lines break between arguments, not at their hyphens
+    for (const std::string& argument : command)
+        words += fmt::format("{}<span>{}</span>", words.empty() ? "" : " ", escaped(shell_text({argument})));
     return fmt::format("<div class=\"command\"><code>{}</code><button type=\"button\" class=\"copy\" "
                        "aria-label=\"Copy the command: {}\">Copy</button></div>",
-                       escaped(shell_text(command)), escaped(what));
+                       words, escaped(what));
 }
 
 std::string figure_text(const EffectTour& effect, const std::string& scene, const std::string& picture) {
@@ -216,9 +223,9 @@ std::string measured_section(const EffectTour& effect, bool is_software) {
     const bool has_errors = !rows_of(effect.quality).empty(), has_times = !rows_of(effect.times).empty();
     if (is_software && has_times)
         html += "<p>Times are those of a software device: they say how the presets compare on this processor, and "
-                "nothing about a GPU.</p>\n";
+                "nothing about a GPU. Whatever else it had to do meanwhile is in them.</p>\n";
     if (has_errors && has_times)
-        html += plot_figure(effect);
+        html += plot_figure(effect, is_software);
     if (has_errors) {
         const Json& quality = effect.quality.figures;
         html += error_table(effect);

@@ -110,7 +110,9 @@ std::string scene_html(EffectTour& effect, SceneTour& scene) {
     for (Comparison& comparison : scene.comparisons) {
         for (Picture& picture : comparison.pictures) {
             const std::string alt = fmt::format("{}, scene {}: {}", effect.title, scene.name, picture.name);
-            const std::string figure = picture_html(picture, alt, figure_text(effect, scene.name, picture.name));
+            const bool is_scored = &comparison == &scene.comparisons.back(); // where the presets are
+            const std::string figure =
+                picture_html(picture, alt, is_scored ? figure_text(effect, scene.name, picture.name) : "");
             count += figure.empty() ? 0 : 1;
             gallery += figure;
         }
@@ -236,7 +238,7 @@ std::string page_of(const Settings& settings, Tour& tour) {
         {"{{device}}", device_html(tour)},
         {"{{size}}", escaped(size)},
         {"{{took}}", minutes},
-        {"{{width}}", std::to_string(2 * std::atoi(settings.size.c_str()))},
+        {"{{width}}", std::to_string(std::max(2 * std::atoi(settings.size.c_str()), 640))},
         {"{{failures}}", failures_html(tour)}, // after the sections, which find out more of them
         {"{{navigation}}", navigation_html(tour)},
         {"{{effects}}", sections},

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double width = 720.0, height = 440.0;
 constexpr double left = 74.0, right = 20.0, top = 18.0, bottom = 58.0;
-constexpr double letter = 8.4, line_height = 16.0; // of labels, about; the style says 14 px
+constexpr double letter = 8.8, line_height = 16.0; // of labels, about; the style says 14 px
 constexpr double dot = 5.5;
 
 struct Box {
@@ -137,9 +137,9 @@ std::string levels(const Plot& plot, const Axes& axes, std::vector<Box>& taken) 
             continue;
         const double y = axes.y(line.error), end = width - right, w = text_width(line.label);
         svg += fmt::format("<g class=\"level\"><line x1=\"{1}\" x2=\"{2}\" y1=\"{0:.1f}\" y2=\"{0:.1f}\"/>"
-                           "<text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5}</text></g>\n",
-                           y, left, end, end - 4.0, y - 5.0, escaped(line.label));
-        taken.push_back({end - 4.0 - w, y - 5.0 - line_height, end, y});
+                           "<text x=\"{3}\" y=\"{4:.1f}\">{5}</text></g>\n",
+                           y, left, end, left + 6.0, y - 5.0, escaped(line.label));
+        taken.push_back({left, y - 5.0 - line_height, left + 6.0 + w, y});
     }
     return svg;
 }
@@ -169,9 +169,19 @@ std::string point_svg(const Plot& plot, const PlotPoint& point, const Axes& axes
     if (std::hypot(near_x - x, near_y - y) > dot + 8.0)
         svg += fmt::format("<line class=\"leader\" x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\"/>", x, y,
                            near_x, near_y);
+    // The side that faces the point is the exact one: how wide the text will be is a guess.
+    const bool is_right = box.x0 > x, is_left = box.x1 < x;
     svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"/>"
-                       "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"middle\">{}</text></g>\n",
-                       x, y, dot, (box.x0 + box.x1) / 2, box.y1 - 4.0, escaped(point.label));
+                       "<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text></g>\n",
+                       x, y, dot,
+                       is_right  ? box.x0
+                       : is_left ? box.x1
+                                 : (box.x0 + box.x1) / 2,
+                       box.y1 - 4.0,
+                       is_right  ? "start"
+                       : is_left ? "end"
+                                 : "middle",
+                       escaped(point.label));
     return svg;
 }
 

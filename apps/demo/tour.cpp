@@ -125,10 +125,13 @@ class Planner {
         return arguments;
     }
 
-    // Where presets show something else than the scene's colour, that colour need not be smooth.
+    // What presets show is the scene's colour, changed, and not a picture of something else.
+    bool shows_colour() const { return known_.presets_heading.empty(); }
+
+    // A colour that is not seen need not be smooth.
     Arguments for_preset(const std::string& name) const {
         Arguments arguments = with_preset(name);
-        if (!known_.presets_heading.empty())
+        if (!shows_colour())
             arguments.insert(arguments.end(), {"--samples", "1"});
         return arguments;
     }
@@ -152,14 +155,26 @@ class Planner {
         }
         if (presets_.empty())
             presets.pictures.push_back(picture(scene, "effect", "With its defaults.", for_preset("")));
-        if (!known_.presets_heading.empty()) {
+        if (!shows_colour()) {
             first.right = first.pictures.back().name;
             presets.left = presets.pictures.front().name;
+            add_known_truths(scene, presets);
             return {first, presets};
         }
         first.right = usual_.empty() ? "effect" : usual_;
         std::ranges::move(presets.pictures, std::back_inserter(first.pictures));
+        add_known_truths(scene, first);
         return {first};
+    }
+
+    void add_known_truths(const std::string& scene, Comparison& comparison) const {
+        for (const KnownPicture& known : known_.truths) {
+            Arguments arguments = known.arguments;
+            arguments.insert(arguments.end(), {"--truth-rays", std::to_string(settings_.rays)});
+            comparison.pictures.push_back(picture(scene, known.name, known.doc, arguments));
+            if (!shows_colour())
+                comparison.left = known_.truths.front().name;
+        }
     }
 
     std::vector<Picture> views(const std::string& scene) const {
@@ -210,10 +225,13 @@ class Planner {
         std::string names;
         for (const SceneTour& scene : scenes)
             names += (names.empty() ? "" : ",") + scene.name;
-        return measurement("quality",
-                           {"quality", "--effect", name_, "--scene", names, "--size", settings_.size, "--subframes",
-                            std::to_string(settings_.sub_frames), "--rays", std::to_string(settings_.rays), "--no-ssim",
-                            "--pictures", (settings_.folder / "pictures").string()});
+        Arguments arguments = {"quality", "--effect", name_, "--scene", names, "--size", settings_.size};
+        arguments.insert(arguments.end(), {"--samples", shows_colour() ? "2" : "1"});
+        arguments.insert(arguments.end(), {"--subframes", std::to_string(settings_.sub_frames)});
+        arguments.insert(arguments.end(), {"--rays", std::to_string(settings_.rays), "--no-ssim"});
+        if (known_.truths.empty())
+            arguments.insert(arguments.end(), {"--pictures", (settings_.folder / "pictures").string()});
+        return measurement("quality", arguments);
     }
 
     Measurement times(const std::string& scene) const {
@@ -251,6 +269,9 @@ std::vector<EffectTour> plan_tour(const Settings& settings, const Lists& lists) 
 }
 
 void add_truths(const Settings& settings, EffectTour& effect) {
+    const Arguments& command = effect.quality.command;
+    if (std::ranges::find(command, "--pictures") == command.end())
+        return;
     for (SceneTour& scene : effect.scenes) {
         std::set<std::string> keys; // presets of one effect may have different truths, say of another radius
         for (const Json& row : effect.quality.figures.value("rows", Json::array()))
@@ -267,10 +288,7 @@ void add_truths(const Settings& settings, EffectTour& effect) {
                 if (c == ' ' || c == '=' || c == '/')
                     c = '-';
             truth.file = settings.folder / "pictures" / (file + ".png");
-            Comparison& last = scene.comparisons.back();
-            last.pictures.push_back(truth);
-            if (scene.comparisons.size() > 1 && key.empty())
-                last.left = truth.name;
+            scene.comparisons.back().pictures.push_back(truth);
         }
     }
 }
