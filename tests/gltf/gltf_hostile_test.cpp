@@ -122,6 +122,24 @@ TEST_F(GltfHostile, every_size_is_checked) {
     GltfBuilder builder = good; // a stride smaller than the elements
     builder.root["bufferViews"][0]["byteStride"] = 4;
     EXPECT_NE(refusal_of(builder), "");
+    // By a little: what follows in the buffer must not be read.
+    for (const auto& [pointer, value] :
+         {std::pair("/accessors/0/count", 5), std::pair("/accessors/0/byteOffset", 4),
+          std::pair("/bufferViews/0/byteLength", 47), std::pair("/bufferViews/0/byteStride", 16)}) {
+        builder = good;
+        builder.root[Json::json_pointer(pointer)] = value;
+        expect_refusal(builder, "accessors[0] reaches beyond");
+    }
+    builder = good;
+    builder.root["accessors"][0]["sparse"] = {
+        {"count", 2},
+        {"indices", {{"bufferView", builder.view(std::vector<uint8_t>{0, 1})}, {"componentType", 5121}}},
+        {"values", {{"bufferView", builder.view(std::vector<float>{1, 1, 1})}}}};
+    expect_refusal(builder, "sparse values reaches beyond");
+    builder.root["accessors"][0]["sparse"]["count"] = 1;
+    EXPECT_EQ(refusal_of(builder), "");
+    builder.root["accessors"][0]["sparse"]["indices"]["bufferView"] = builder.view(std::vector<uint8_t>{4});
+    expect_refusal(builder, "replaces element");
     builder = good;
     builder.binary.resize(40);
     expect_refusal(builder, "bufferViews[0]");
