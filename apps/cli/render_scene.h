@@ -19,7 +19,7 @@ struct SceneOptions {
     std::string camera_name; // of the file; "": the first, or a view of the bounds
     bool no_ground = false;
     bool turntable = false;
-    int turntable_frames = 48;
+    int turntable_frames = 96;
 };
 
 // What is known without a device.
@@ -28,7 +28,8 @@ struct SceneChoice {
     scene::Model model; // if it is no built-in one
     scene::GltfOptions gltf;
     scene::SceneInfo info;
-    scene::Bounds bounds; // of a model
+    scene::Bounds bounds;              // of a model
+    std::vector<std::string> warnings; // what of a model is not shown
     double turntable_frames = 0.0;
 
     bool is_model() const { return builtin == nullptr; }

@@ -424,8 +424,6 @@ Result<void> MeshRenderer::truth(Recording& recording) {
 
 Result<void> MeshRenderer::record(VkCommandBuffer commands, double frame, const RenderOptions& options,
                                   const SceneImages& images, uint64_t index) {
-    if (auto checked = check_request(scene_->view.info, scene_->view.camera.lens, frame, options); !checked)
-        return checked;
     const auto extent = common_extent(images);
     if (!extent)
         return extent.error();
