@@ -263,7 +263,8 @@ Result<uint32_t> find_camera(const Model& model, const std::string& name) {
 void add_warnings(const Model& model, std::vector<std::string>& warnings) {
     const auto blends = [](const ModelMaterial& material) { return material.alpha_mode == AlphaMode::blend; };
     if (std::ranges::any_of(model.materials, blends))
-        warnings.push_back("Blended materials are cut out where they are less than half opaque.");
+        warnings.push_back(
+            "Blended materials have depth, motion and shadow where they are at least half opaque, and none elsewhere.");
     size_t lights = 0;
     bool has_lamps = false;
     for (const Node& node : model.nodes) {

@@ -30,9 +30,13 @@ vec4 base_colour() {
     return texture(base_colour_map, texcoord, draw.bias) * material.base_colour * colour;
 }
 
+float cutoff() {
+    return (material.flags & MESH_BLENDED) != 0u ? draw.cutoff : material.cutoff;
+}
+
 #ifdef PASS_shadow
 void main() {
-    if (base_colour().a < material.cutoff)
+    if (base_colour().a < cutoff())
         discard;
 }
 #else
@@ -56,7 +60,7 @@ vec3 view_direction() {
 // What the camera does not see: the inside of single-sided surfaces, holes, what lies beyond the far plane.
 bool is_visible(float alpha) {
     bool side = gl_FrontFacing || (material.flags & MESH_DOUBLE_SIDED) != 0u;
-    return side && alpha >= material.cutoff && view_depth() <= draw.eye.w;
+    return side && alpha >= cutoff() && view_depth() <= draw.eye.w;
 }
 
 // An interpolated normal may look away at a silhouette: it is bent until it is seen edge-on.

@@ -149,6 +149,21 @@ TEST_F(MeshLight, holes_show_what_is_behind_and_let_light_through) {
     }
 }
 
+// Samples of a pixel share its opacity out among them.
+TEST_F(MeshLight, blended_surfaces_are_as_transparent_as_their_alpha) {
+    ModelMaterial material = matt(1.0f, 0.0f, 0.0f);
+    material.unlit = true;
+    material.alpha_mode = AlphaMode::blend;
+    material.base_colour[3] = 0.25f;
+    MeshRig glass(square_model(material), bare());
+    MeshRig nothing(square_model(matt()), bare());
+    glass.source().set_camera(from_front);
+    nothing.source().set_camera(from_behind); // single-sided: the sky alone
+    const float sky = middle(nothing.colour(0, small, quick(4)))[1];
+    EXPECT_NEAR(middle(glass.colour(0, small, quick(4)))[1], 0.75f * sky, 0.02f);
+    EXPECT_EQ(middle(glass.render(0, small).depth)[0], sky_depth);
+}
+
 // Against rays from the ground towards the sun, away from the shadow's soft edge.
 TEST_F(MeshLight, the_shadow_lies_where_the_sun_is_hidden) {
     Model model = box_model(matt());
