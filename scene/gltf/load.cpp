@@ -44,11 +44,14 @@ void read_buffers(Loader& loader, std::span<const uint8_t> binary) {
 
 // Meshes that many nodes show count as often.
 void check_instances(const Loader& loader) {
-    uint64_t indices = loader.limits.indices, vertices = 4 * loader.limits.vertices, triangles = 0;
+    uint64_t indices = loader.limits.indices, vertices = 4 * loader.limits.vertices, weights = loader.limits.key_values,
+             triangles = 0;
     for (size_t i = 0; i < loader.model.nodes.size(); ++i) {
         if (loader.model.nodes[i].mesh == none)
             continue;
-        for (const MeshPart& part : loader.model.meshes[loader.model.nodes[i].mesh].parts) {
+        const ModelMesh& mesh = loader.model.meshes[loader.model.nodes[i].mesh];
+        take(weights, mesh.weights.size(), 1, "showing morphed meshes at many nodes");
+        for (const MeshPart& part : mesh.parts) {
             take(indices, part.indices.size(), 1, "showing meshes at many nodes");
             take(vertices, part.vertices.size(), 1, "showing meshes at many nodes");
             triangles += part.indices.size() / 3;

@@ -119,8 +119,8 @@ void visit_elements(const Loader& loader, int index, Set set) {
                       element, count, what + "'s sparse values");
     for (size_t i = 0; i < count; ++i) {
         const double target = component(indices.at(i), type, false);
-        require(target < static_cast<double>(accessor.count),
-                what + " replaces element " + std::to_string(target) + " of " + std::to_string(accessor.count));
+        if (target >= static_cast<double>(accessor.count))
+            fail(what + " replaces element " + std::to_string(target) + " of " + std::to_string(accessor.count));
         set(static_cast<size_t>(target), values.at(i));
     }
 }
@@ -158,8 +158,9 @@ Floats read_floats(const Loader& loader, int index, std::initializer_list<int> t
     visit_elements(loader, index, [&](size_t element, const uint8_t* bytes) {
         for (size_t k = 0; k < result.components; ++k) {
             const double value = component(bytes + k * size, accessor.componentType, accessor.normalized);
-            require(std::abs(value) <= largest_number, what + " has " + std::to_string(value) + " in element " +
-                                                           std::to_string(element) + "; numbers up to 1e9 are allowed");
+            if (!(std::abs(value) <= largest_number))
+                fail(what + " has " + std::to_string(value) + " in element " + std::to_string(element) +
+                     "; numbers up to 1e9 are allowed");
             result.values[element * result.components + k] = static_cast<float>(value);
         }
     });

@@ -59,14 +59,15 @@ void check_size(std::string_view text, const LoadLimits& limits) {
         if (c == '{' || c == '[') {
             ++depth;
             ++values;
-            require(depth <= deepest_nesting, "the JSON nests deeper than " + std::to_string(deepest_nesting));
+            if (depth > deepest_nesting)
+                fail("the JSON nests deeper than " + std::to_string(deepest_nesting));
         } else if ((c == '}' || c == ']') && depth > 0) {
             --depth;
         } else if (c == ',') {
             ++values;
         }
-        require(values <= limits.json_values,
-                "the JSON has more than " + std::to_string(limits.json_values) + " values");
+        if (values > limits.json_values)
+            fail("the JSON has more than " + std::to_string(limits.json_values) + " values");
     }
 }
 

@@ -42,7 +42,8 @@ void read_joints(const Loader& loader, const Attributes& attributes, MeshPart& p
             vertex.weights[k] = sum > 0.0 ? static_cast<float>(weight / sum) : k == 0 ? 1.0f : 0.0f;
             if (vertex.weights[k] == 0.0f)
                 continue; // its joint does not matter
-            require(indices[i * 4 + k] <= 0xffff, "a vertex names the joint " + std::to_string(indices[i * 4 + k]));
+            if (indices[i * 4 + k] > 0xffff)
+                fail("a vertex names the joint " + std::to_string(indices[i * 4 + k]));
             vertex.joints[k] = static_cast<uint16_t>(indices[i * 4 + k]);
         }
     }
@@ -126,8 +127,9 @@ std::vector<uint32_t> read_triangles(Loader& loader, const tinygltf::Primitive& 
         std::iota(order.begin(), order.end(), 0u);
     }
     for (const uint32_t index : order)
-        require(index < vertices, where + " has the index " + std::to_string(index) + "; it has " +
-                                      std::to_string(vertices) + " vertices");
+        if (index >= vertices)
+            fail(where + " has the index " + std::to_string(index) + "; it has " + std::to_string(vertices) +
+                 " vertices");
     if (is_list) {
         order.resize(order.size() / 3 * 3);
         return order;

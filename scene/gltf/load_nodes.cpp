@@ -116,8 +116,9 @@ void check_joints(Loader& loader, Node& node, const std::string& where) {
                 return;
             }
             for (const uint16_t joint : vertex.joints)
-                require(joint < joints, where + "'s mesh has a vertex at joint " + std::to_string(joint) +
-                                            "; its skin has " + std::to_string(joints));
+                if (joint >= joints)
+                    fail(where + "'s mesh has a vertex at joint " + std::to_string(joint) + "; its skin has " +
+                         std::to_string(joints));
         }
 }
 
@@ -157,8 +158,9 @@ void load_skins(Loader& loader) {
             skin.joints.push_back(loader.node_of[static_cast<size_t>(joint)]);
         require(!skin.joints.empty(), place("skins", i) + " has no joints");
         if (source.inverseBindMatrices >= 0) {
+            take(loader.key_values_left, accessor_count(loader, source.inverseBindMatrices), 16, place("skins", i));
             const Floats matrices =
-                read_floats(loader, source.inverseBindMatrices, {TINYGLTF_TYPE_MAT4}, uint64_t{1} << 20);
+                read_floats(loader, source.inverseBindMatrices, {TINYGLTF_TYPE_MAT4}, loader.limits.key_values);
             require(matrices.count >= skin.joints.size(), place("skins", i) + " has " + std::to_string(matrices.count) +
                                                               " matrices for " + std::to_string(skin.joints.size()) +
                                                               " joints");

@@ -31,6 +31,7 @@ class LoadFailure : public std::runtime_error {
     throw LoadFailure(message);
 }
 
+// For what is not asked often: `message` is put together each time.
 inline void require(bool holds, const std::string& message) {
     if (!holds)
         fail(message);
