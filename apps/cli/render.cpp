@@ -222,6 +222,8 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
     if (!options.save_config.empty())
         if (auto saved = save_config(*chain, options.save_config, options.no_clobber); !saved)
             return saved.error();
+    for (const std::string& warning : scene->warnings)
+        console.warn(fmt::format("{}: {}", options.scene.scene, warning));
     catch_interrupts();
     SceneFrames source(options.request, *chain, *scene);
     return render_all(*frames, source, *chain, options, invocation, console);

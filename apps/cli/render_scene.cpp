@@ -88,6 +88,7 @@ Result<SceneChoice> choose_model(const SceneOptions& options) {
         return facts.error();
     choice.info = facts->info;
     choice.bounds = facts->bounds;
+    choice.warnings = facts->warnings;
     return choice;
 }
 

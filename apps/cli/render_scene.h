@@ -20,7 +20,7 @@ struct SceneOptions {
     std::string viewpoint;   // "": the scene's own camera, see parse_viewpoint
     bool no_ground = false;
     bool turntable = false;
-    int turntable_frames = 48;
+    int turntable_frames = 96;
 };
 
 // What is known without a device.
@@ -29,7 +29,8 @@ struct SceneChoice {
     scene::Model model; // if it is no built-in one
     scene::GltfOptions gltf;
     scene::SceneInfo info;
-    scene::Bounds bounds; // of a model
+    scene::Bounds bounds;              // of a model
+    std::vector<std::string> warnings; // what of a model is not shown
     double turntable_frames = 0.0;
     std::string viewpoint;
 

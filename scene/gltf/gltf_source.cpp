@@ -2,6 +2,7 @@
 #include "scene/gltf/gltf_source.h"
 
 #include "scene/gltf/mesh_renderer.h"
+#include "scene/gltf/mesh_truth.h"
 #include "scene/scene_request.h"
 #include "scene/vec3.h"
 #include "sfumato/parameters.h"
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace sfumato::scene {
 namespace {
@@ -93,7 +95,7 @@ constexpr double ground_reach = 60.0; // radii of the model: to the horizon, nea
 // own, so that everything that knows models knows the ground. The node's index.
 uint32_t add_ground(Model& model, const Bounds& bounds, double height) {
     constexpr double rings[] = {1.5, 3.0, 6.0, 12.0, 25.0, ground_reach};
-    constexpr uint32_t sectors = 48;
+    constexpr uint32_t sectors = 96;
     MeshPart part;
     const auto add = [&](double x, double z) {
         Vertex vertex;
@@ -203,12 +205,27 @@ class GltfSource final : public SceneSource {
 
     Result<void> record(VkCommandBuffer commands, double frame, const RenderOptions& options, const SceneImages& images,
                         uint64_t index) override {
-        SceneImages drawn = images;
-        drawn.true_visibility = drawn.true_bent_normal = {};
-        const bool wants_truth = images.true_visibility || images.true_bent_normal;
-        if (wants_truth)
-            return Error{ErrorCode::unsupported, info().name + ": no ray-traced truth for models yet"};
-        return renderer_->record(commands, frame, options, drawn, index);
+        SceneImages drawn = images, traced;
+        traced.true_visibility = std::exchange(drawn.true_visibility, {});
+        traced.true_bent_normal = std::exchange(drawn.true_bent_normal, {});
+        const bool traces = traced.true_visibility || traced.true_bent_normal;
+        if (auto checked = check_request(info(), lens(), frame, options); !checked)
+            return checked;
+        const auto extent = common_extent(images);
+        if (!extent)
+            return extent.error();
+        const auto others = host_images(drawn);
+        const bool draws = std::ranges::any_of(others, [](const Image& image) { return static_cast<bool>(image); });
+        if (draws)
+            if (auto done = renderer_->record(commands, frame, options, drawn, index); !done)
+                return done;
+        if (!traces)
+            return {};
+        const TriangleMesh mesh = pose_triangles(scene_.model, scene_.pose(frame));
+        const auto truth = trace_occlusion(scene_.model, mesh, camera(frame, *extent), *extent, options.occlusion);
+        if (!truth)
+            return truth.error();
+        return renderer_->record_traced(commands, truth->bent_normal, traced, index);
     }
 
   private:
@@ -240,6 +257,24 @@ Result<uint32_t> find_camera(const Model& model, const std::string& name) {
     if (name.empty())
         return none;
     return invalid(model, "no camera is called '" + name + "'" + hint(name, names));
+}
+
+// What is drawn otherwise than the file says.
+void add_warnings(const Model& model, std::vector<std::string>& warnings) {
+    const auto blends = [](const ModelMaterial& material) { return material.alpha_mode == AlphaMode::blend; };
+    if (std::ranges::any_of(model.materials, blends))
+        warnings.push_back(
+            "Blended materials have depth, motion and shadow where they are at least half opaque, and none elsewhere.");
+    size_t lights = 0;
+    bool has_lamps = false;
+    for (const Node& node : model.nodes) {
+        lights += node.light != none;
+        has_lamps = has_lamps || (node.light != none && model.lights[node.light].kind != LightKind::directional);
+    }
+    if (lights > MESH_MOST_LIGHTS)
+        warnings.push_back("Of " + std::to_string(lights) + " lights the first 8 are shown.");
+    if (has_lamps)
+        warnings.push_back("Point and spot lights cast no shadows.");
 }
 
 } // namespace
@@ -278,6 +313,7 @@ Result<GltfFacts> gltf_facts(const Model& model, const GltfOptions& options) {
         facts.info.frames = static_cast<int>(std::clamp(std::round(duration * options.frames_per_second), 1.0, 1e6));
     facts.info.key_frame = std::max(1, facts.info.frames / 2);
     facts.warnings = model.warnings;
+    add_warnings(model, facts.warnings);
     return facts;
 }
 

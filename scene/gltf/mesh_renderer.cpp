@@ -1,6 +1,5 @@
-// A frame: the model is posed, its shadow map drawn, and the images drawn from it. Colours are means over a grid of
-// samples in each pixel, drawn one after the other with the image shifted by parts of a pixel, at any size in the same
-// memory.
+// A frame: the model is posed, its shadow map drawn, and the images. Colours are means over a grid of samples in each
+// pixel, drawn one after the other with the image shifted by parts of a pixel.
 #include "scene/gltf/mesh_renderer.h"
 
 #include "scene/scene_constants.h"
@@ -21,6 +20,7 @@ namespace shared_code = sfumato::shaders::analytic_scene;
 
 constexpr uint32_t shadow_side = 2048;
 constexpr size_t light_means = 4, all_means = 6;
+constexpr float solid = 0.5f; // opacity from which blended surfaces have a depth and a shadow
 
 struct GatherConstants {
     shared::SceneConstants scene;
@@ -189,7 +189,7 @@ Result<void> MeshRenderer::ensure_means(Recording& recording, size_t count) {
     return {};
 }
 
-// What was in these images counts no more: each frame begins anew, whatever became of the one before.
+// What was in these images counts no more, whatever became of the frame before.
 void MeshRenderer::clear_layouts(const Recording& recording, std::span<const MeshImage> images) const {
     std::vector<VkImageMemoryBarrier> changes;
     for (const MeshImage& image : images) {
@@ -257,11 +257,12 @@ void MeshRenderer::draw_shadow(Recording& recording, const Posed& moment) {
     recording.shadows_of = &moment;
     shared::MeshDraw constants{};
     constants.clip_from_world = moment.shadow_from_world;
+    constants.cutoff = solid;
     draw(recording, MeshPass::shadow, shadow_map_, constants, {&moment, &moment, &moment});
 }
 
-// The camera at a time, with the image shifted so that the rasteriser's sample, in the pixel's middle, falls on the
-// place x, y of the pixel. The depth range is the renderer's own: nothing in reach is cut off.
+// The camera with the image shifted so that the rasteriser's sample, in the pixel's middle, falls on x, y of the pixel.
+// The depth range is the renderer's own: nothing in reach is cut off.
 shared::MeshDraw MeshRenderer::draw_constants(const Recording& recording, double frame, double x, double y) const {
     const Scene& scene = scene_->view;
     const Camera seen = camera(scene, frame, recording.extent);
@@ -307,6 +308,7 @@ Result<void> MeshRenderer::geometry(Recording& recording) {
     draw_shadow(recording, *moments[0]);
     shared::MeshDraw constants = draw_constants(recording, recording.frame, 0.5, 0.5);
     constants.detail = scene_->normals_have_detail ? 1u : 0u;
+    constants.cutoff = solid;
     draw(recording, MeshPass::geometry, geometry_, constants, moments);
 
     ImagePlan plan;
@@ -348,6 +350,8 @@ Result<uint32_t> MeshRenderer::radiance(Recording& recording, double frame) {
         shared::MeshDraw camera = draw_constants(recording, frame, x, y);
         // As sharp as the distance of the samples allows.
         camera.bias = -std::log2(static_cast<float>(side));
+        // Each sample shows blended surfaces above another opacity: together they are as transparent as they should be.
+        camera.cutoff = static_cast<float>((i + 0.5) / (side * side));
         draw(recording, MeshPass::light, light_, camera, {*moment, *moment, *moment});
         constants.place = {1.0f / static_cast<float>(i + 1), static_cast<float>(x), static_cast<float>(y), 0.0f};
         ImagePlan plan;
@@ -424,8 +428,6 @@ Result<void> MeshRenderer::truth(Recording& recording) {
 
 Result<void> MeshRenderer::record(VkCommandBuffer commands, double frame, const RenderOptions& options,
                                   const SceneImages& images, uint64_t index) {
-    if (auto checked = check_request(scene_->view.info, scene_->view.camera.lens, frame, options); !checked)
-        return checked;
     const auto extent = common_extent(images);
     if (!extent)
         return extent.error();

@@ -31,8 +31,8 @@ class MeshRenderer {
     static Result<std::unique_ptr<MeshRenderer>> create(Context& context, const ContextInfo& info,
                                                         VkQueueFlags queue_flags, const MeshScene& scene);
 
-    // As SceneSource::record, but for the traced images, which record_traced fills in. The commands of the first call
-    // bring the textures to the device: they must be submitted.
+    // As SceneSource::record, but for the traced images, which record_traced fills in; the options are checked already.
+    // The commands of the first call bring the textures to the device: they must be submitted.
     Result<void> record(VkCommandBuffer commands, double frame, const RenderOptions& options, const SceneImages& images,
                         uint64_t index);
 
@@ -41,7 +41,6 @@ class MeshRenderer {
                                const SceneImages& images, uint64_t index);
 
     Vec3 to_sun() const { return lights_.to_sun(first_pose_); }
-    size_t lights_left_out() const { return lights_.left_out(); }
     std::vector<PassTime> times() { return executor_->times(); }
 
   private:

@@ -77,10 +77,8 @@ MeshLightRig::MeshLightRig(const Model& model, const ModelPose& pose, const Boun
             nodes_.push_back(i);
     const auto light = [&](uint32_t node) -> const ModelLight& { return model.lights[model.nodes[node].light]; };
     std::ranges::stable_partition(nodes_, [&](uint32_t i) { return light(i).kind == LightKind::directional; });
-    if (nodes_.size() > MESH_MOST_LIGHTS) {
-        left_out_ = nodes_.size() - MESH_MOST_LIGHTS;
+    if (nodes_.size() > MESH_MOST_LIGHTS)
         nodes_.resize(MESH_MOST_LIGHTS);
-    }
     double most = 0.0;
     for (const uint32_t node : nodes_) {
         const Vec3 away = position_of(pose.nodes[node]) - casters.centre;

@@ -21,15 +21,11 @@ class MeshLightRig {
     // Towards the light that casts shadows or, where none does, towards the first.
     Vec3 to_sun(const ModelPose& pose) const;
 
-    // Nodes with a light that is not shown.
-    size_t left_out() const { return left_out_; }
-
   private:
     const Model* model_;
     Bounds casters_;
     Light otherwise_;
     std::vector<uint32_t> nodes_; // with a light, a directional one first
-    size_t left_out_ = 0;
     double exposure_ = 1.0;
 };
 

@@ -50,12 +50,10 @@ shared::MeshMaterial material_constants(const ModelMaterial& material) {
     result.emission = {emission[0], emission[1], emission[2], material.normal_scale};
     result.metallic = material.metallic;
     result.roughness = material.roughness;
-    // What lets light through is shown as if it were cut out where it lets through more than half.
-    result.cutoff = material.alpha_mode == AlphaMode::opaque ? -1.0f
-                    : material.alpha_mode == AlphaMode::mask ? material.alpha_cutoff
-                                                             : 0.5f;
+    result.cutoff = material.alpha_mode == AlphaMode::mask ? material.alpha_cutoff : -1.0f;
     result.flags = (material.double_sided ? MESH_DOUBLE_SIDED : 0u) | (material.unlit ? MESH_UNLIT : 0u) |
-                   (material.normal_texture != none ? MESH_NORMAL_MAP : 0u);
+                   (material.normal_texture != none ? MESH_NORMAL_MAP : 0u) |
+                   (material.alpha_mode == AlphaMode::blend ? MESH_BLENDED : 0u);
     return result;
 }
 

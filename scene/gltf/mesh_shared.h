@@ -20,6 +20,7 @@ namespace sfumato::scene::shared {
 #define MESH_DOUBLE_SIDED 1
 #define MESH_UNLIT 2
 #define MESH_NORMAL_MAP 4
+#define MESH_BLENDED 8
 
 #define MESH_DIRECTIONAL 0
 #define MESH_POINT 1
@@ -32,8 +33,8 @@ struct MeshDraw {
     vec4 forward; // xyz: where it looks, unit; w: 1 if orthographic
     float bias;   // added to the mip levels of textures
     uint detail;  // normals with normal maps
-    uint unused_0;
-    uint unused_1;
+    float cutoff; // of the alpha of blended materials, in place of their own
+    uint unused;
 };
 
 struct MeshLight {

@@ -30,9 +30,13 @@ vec4 base_colour() {
     return texture(base_colour_map, texcoord, draw.bias) * material.base_colour * colour;
 }
 
+float cutoff() {
+    return (material.flags & MESH_BLENDED) != 0u ? draw.cutoff : material.cutoff;
+}
+
 #ifdef PASS_shadow
 void main() {
-    if (base_colour().a < material.cutoff)
+    if (base_colour().a < cutoff())
         discard;
 }
 #else
@@ -56,7 +60,7 @@ vec3 view_direction() {
 // What the camera does not see: the inside of single-sided surfaces, holes, what lies beyond the far plane.
 bool is_visible(float alpha) {
     bool side = gl_FrontFacing || (material.flags & MESH_DOUBLE_SIDED) != 0u;
-    return side && alpha >= material.cutoff && view_depth() <= draw.eye.w;
+    return side && alpha >= cutoff() && view_depth() <= draw.eye.w;
 }
 
 // An interpolated normal may look away at a silhouette: it is bent until it is seen edge-on.
@@ -87,9 +91,12 @@ vec3 detailed_normal(vec3 n) {
         return n;
     map.xy *= material.emission.w;
     vec3 across_x = cross(dy, n), across_y = cross(n, dx);
-    vec3 t = across_x * tx.x + across_y * ty.x;
-    vec3 b = across_x * tx.y + across_y * ty.y;
-    float hand = dot(cross(n, t), b) < 0.0 ? -1.0 : 1.0;
+    // Pixels are counted downwards, which turns both.
+    float side = dot(cross(dx, dy), n) < 0.0 ? -1.0 : 1.0;
+    vec3 t = (across_x * tx.x + across_y * ty.x) * side;
+    vec3 down = (across_x * tx.y + across_y * ty.y) * side;
+    // Texture coordinates grow downwards, normal maps have y up.
+    float hand = dot(cross(n, t), down) < 0.0 ? 1.0 : -1.0;
     t -= n * dot(n, t);
     float size = dot(t, t);
     if (!(size > 1e-24))
@@ -113,11 +120,15 @@ float shadow(vec3 n) {
     vec4 wx = vec4(1.0 - part.x, 1.0, 1.0, part.x);
     vec4 wy = vec4(1.0 - part.y, 1.0, 1.0, part.y);
     float depth = min(place.z, 1.0);
-    float light = 0.0;
+    // Two sums, so that full light and full shadow are exact.
+    float lit = 0.0, blocked = 0.0;
     for (int y = 0; y < 4; ++y)
-        for (int x = 0; x < 4; ++x)
-            light += wx[x] * wy[y] * step(depth, texelFetch(shadow_map, base + ivec2(x - 1, y - 1), 0).r);
-    return light * (1.0 / 9.0);
+        for (int x = 0; x < 4; ++x) {
+            bool arrives = depth <= texelFetch(shadow_map, base + ivec2(x - 1, y - 1), 0).r;
+            lit += arrives ? wx[x] * wy[y] : 0.0;
+            blocked += arrives ? 0.0 : wx[x] * wy[y];
+        }
+    return lit / (lit + blocked);
 }
 #endif
 
