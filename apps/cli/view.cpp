@@ -31,10 +31,9 @@ Outcome run(ViewCommandOptions options, Console& console) {
         if (*format != "png")
             return usage_error(fmt::format("-o {}: the viewer's picture is a .png", viewer.output));
     }
-    if (auto done = viewer::run_viewer(viewer, [&](const std::string& text) { console.note(text); }); !done)
+    const auto note = [&](const std::string& text) { viewer.headless ? console.line(text) : console.note(text); };
+    if (auto done = viewer::run_viewer(viewer, note); !done)
         return done.error();
-    if (viewer.headless)
-        console.line("wrote " + viewer.output);
     return exit_done;
 }
 

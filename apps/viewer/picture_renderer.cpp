@@ -242,6 +242,8 @@ Result<void> PictureRenderer::read_pass(cli::RenderedFrame& frame, const std::st
 }
 
 Result<cli::RenderedFrame> PictureRenderer::read_back() {
+    if (!runner_)
+        return Error{ErrorCode::invalid_argument, "nothing has been rendered yet"};
     const scene::SceneInfo& info = source_->info();
     cli::RenderedFrame frame{extent_, frame_, info.frames_per_second, source_->camera(frame_, extent_), {}};
     const apps::HostImage* colour = runner_->colour();

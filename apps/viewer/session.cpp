@@ -168,6 +168,13 @@ Result<void> Session::gather_truth(const PictureRequest& request) {
     return {};
 }
 
+std::string Session::truth_text() const {
+    if (!status_.truth_error)
+        return "";
+    return fmt::format("RMSE {:.6f}, PSNR {:.2f} dB against the truth, {} of {}", status_.truth_error->rmse,
+                       status_.truth_error->psnr, status_.truth_done, status_.truth_total);
+}
+
 Result<void> Session::perform(const UiActions& actions) {
     quits_ = quits_ || actions.quit;
     if (actions.freeze) {

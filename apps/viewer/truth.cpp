@@ -12,9 +12,6 @@ namespace sfumato::viewer {
 
 namespace {
 
-constexpr int sub_frames_a_slice = 4;
-constexpr int rays_a_slice = 16;
-
 double value_of(const EffectSlot& slot, const char* name) {
     return slot.link.effect->parameters->find(name)->get(slot.link.parameters.data());
 }

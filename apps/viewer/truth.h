@@ -8,6 +8,9 @@
 
 namespace sfumato::viewer {
 
+inline constexpr int sub_frames_a_slice = 4;
+inline constexpr int rays_a_slice = 16;
+
 // One slice of the work.
 struct TruthSlice {
     double frame = 0.0; // the moment to record

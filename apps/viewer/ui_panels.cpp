@@ -132,8 +132,12 @@ void Ui::draw_truth(const UiStatus& status) {
         return;
     const bool blur = model_.truth.kind == TruthKind::motion_blur;
     ImGui::SetNextItemWidth(ImGui::GetFontSize() * 9.0f);
-    ImGui::SliderInt(blur ? "sub-frames" : "rays a pixel", blur ? &model_.truth.sub_frames : &model_.truth.rays, 4,
-                     blur ? 1024 : 4096, "%d", ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+    // Whole slices, so that the number is what is computed.
+    int& count = blur ? model_.truth.sub_frames : model_.truth.rays;
+    const int slice = blur ? sub_frames_a_slice : rays_a_slice;
+    ImGui::SliderInt(blur ? "sub-frames" : "rays a pixel", &count, slice, blur ? 256 : 4096, "%d",
+                     ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+    count = std::max((count + slice / 2) / slice * slice, slice);
     log_.mark("truth quality");
     const float share =
         status.truth_total > 0 ? static_cast<float>(status.truth_done) / static_cast<float>(status.truth_total) : 0.0f;

@@ -95,7 +95,8 @@ apps::DeviceOptions device_options(const ViewerOptions& options) {
     return result;
 }
 
-Result<void> run_headless(const ViewerOptions& options, Model model, const SceneOpener& open) {
+Result<void> run_headless(const ViewerOptions& options, Model model, const SceneOpener& open,
+                          const std::function<void(const std::string&)>& note) {
     auto device = apps::Device::create(device_options(options));
     if (!device)
         return as_device(device.error());
@@ -118,6 +119,9 @@ Result<void> run_headless(const ViewerOptions& options, Model model, const Scene
         }
         if (auto written = write_canvas(**device, (*session)->canvas(), options.output); !written)
             return written;
+        note("wrote " + options.output);
+        if (!(*session)->truth_text().empty())
+            note((*session)->truth_text());
     }
     return check_validation(**device);
 }
@@ -147,11 +151,13 @@ Result<void> run_loop(Window& window, Session& session) {
     while (!window.should_close() && !session.wants_to_quit()) {
         const bool minimised = !window.framebuffer();
         const bool waits = minimised || (!session.is_busy() && awake <= 0);
+        const auto slept = std::chrono::steady_clock::now();
         window.poll(waits ? idle_seconds : 0.0);
-        awake = waits ? 3 : awake - 1;
         const auto now = std::chrono::steady_clock::now();
         const double seconds = std::chrono::duration<double>(now - before).count();
         before = now;
+        const bool woken = waits && std::chrono::duration<double>(now - slept).count() < 0.95 * idle_seconds;
+        awake = woken ? 3 : awake - 1;
         const Extent framebuffer = window.framebuffer();
         if (!framebuffer)
             continue;
@@ -205,7 +211,7 @@ Result<void> run_viewer(const ViewerOptions& options, const std::function<void(c
     if (!options.save_config.empty())
         if (auto saved = model->save(options.save_config); !saved)
             return saved;
-    return options.headless ? run_headless(options, std::move(*model), *open)
+    return options.headless ? run_headless(options, std::move(*model), *open, note)
                             : run_window(options, std::move(*model), *open, note);
 }
 

@@ -36,7 +36,8 @@ struct ViewerOptions {
     std::string widget_log; // for tests, see WidgetLog
 };
 
-// Runs until the window is closed, or for so many turns. `note` receives what is worth telling. Errors:
+// Runs until the window is closed, or for so many turns. `note` receives
+// what is worth telling: the device, or without a window what was written and its distance from the truth. Errors:
 // invalid_argument (names and values in the options), input (files), everything else is the device's or the display's.
 Result<void> run_viewer(const ViewerOptions& options, const std::function<void(const std::string&)>& note);
 
