@@ -61,4 +61,6 @@ inline Primitive rolling(double radius, uint32_t material, Vec3 place, double sp
 // Scenes that show what goes wrong with screen-space ambient occlusion.
 std::vector<Scene> occlusion_scenes();
 
+Scene smoke_columns();
+
 } // namespace sfumato::scene

@@ -334,6 +334,7 @@ std::span<const Scene> scenes() {
             scene.info.effects = {"ambient-occlusion"};
             list.push_back(std::move(scene));
         }
+        list.push_back(smoke_columns());
         return list;
     }();
     return all;

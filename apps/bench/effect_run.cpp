@@ -38,6 +38,8 @@ Result<BoundImages> BoundImages::create(Rig& rig, const EffectInfo& effect, cons
     BoundImages bound;
     // All zero is every image absent.
     bound.storage_.resize((effect.images_size + sizeof(Unit) - 1) / sizeof(Unit));
+    for (const BufferRole& role : effect.buffers)
+        role.get(bound.storage_.data()) = {};
     for (const ImageRole& role : effect.images) {
         Image& target = role.get(bound.storage_.data());
         if (role.is_output()) {

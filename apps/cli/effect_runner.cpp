@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <fmt/format.h>
+#include <utility>
 
 namespace sfumato::cli {
 
@@ -62,6 +63,7 @@ Result<void> EffectRunner::restart() {
         if (!effect)
             return as_device(effect.error());
         stage.effect = std::move(*effect);
+        stage.warms_up = stage.link->effect->parameters->find("warm_up") != nullptr;
     }
     return {};
 }
@@ -92,9 +94,13 @@ Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, 
             role.get(images.data()) =
                 !role.is_output() && found != current.end() && uses_input(*stage.link, role) ? found->second : Image{};
         }
+        for (const BufferRole& role : effect.buffers)
+            role.get(images.data()) = {};
         for (const Output& output : stage.outputs)
             output.role->get(images.data()) = output.image.image();
-        if (auto recorded = stage.effect->record(commands, frame, stage.link->parameters.data(), images.data());
+        Frame own = frame;
+        own.reset = frame.reset || std::exchange(stage.warms_up, false);
+        if (auto recorded = stage.effect->record(commands, own, stage.link->parameters.data(), images.data());
             !recorded)
             return recorded.error();
         for (const Output& output : stage.outputs)

@@ -50,6 +50,7 @@ class EffectRunner {
     struct Stage {
         const ChainLink* link = nullptr;
         std::unique_ptr<AnyEffect> effect;
+        bool warms_up = false; // on its first frame, which is told to be one
         std::vector<Output> outputs;
     };
 

@@ -5,9 +5,10 @@
 #include "apps/cli/frame_writer.h"
 #include "apps/cli/pipeline.h"
 #include "apps/cli/render_file.h"
+#include "apps/cli/render_particles.h"
 #include "media/png_file.h"
 #include "media/sequence.h"
-#include "scene/scene.h"
+#include "scene/scene_source.h"
 
 #include <charconv>
 #include <fmt/format.h>
@@ -31,6 +32,7 @@ struct RenderCommandOptions {
     std::string scene, output, frames, device, save_config;
     std::string size = "960x540";
     ChainOptions chain;
+    std::string particles; // preset of the particles that come before the other effects
     std::string truth;
     std::optional<double> truth_radius; // else the effect's, else 1.5
     std::string truth_falloff;          // else the effect's, else hard
@@ -39,6 +41,7 @@ struct RenderCommandOptions {
     std::string outputs;
     int samples = 2;
     int preroll = 0;
+    bool has_preroll = false;
     bool all_passes = false;
     bool full_float = false;
     bool no_clobber = false;
@@ -146,6 +149,8 @@ scene::Shutter shutter_of(const EffectChain& chain, int sub_frames) {
     return shutter;
 }
 
+constexpr uint32_t sun_map_side = 1024;
+
 class SceneFrames {
   public:
     SceneFrames(const RenderCommandOptions& options, const EffectChain& chain, const scene::Scene& scene, Extent extent)
@@ -169,10 +174,10 @@ class SceneFrames {
         runner_ = std::move(*runner);
         if (auto prepared = runner_->prepare(extent_); !prepared)
             return prepared;
-        auto renderer = scene::SceneRenderer::create(runner_->context());
-        if (!renderer)
-            return as_device(renderer.error());
-        renderer_ = std::move(*renderer);
+        auto source = scene::make_source(runner_->context(), scene_);
+        if (!source)
+            return as_device(source.error());
+        source_ = std::move(*source);
         return make_images();
     }
 
@@ -187,11 +192,13 @@ class SceneFrames {
         render_options.samples = options_.samples;
         render_options.shutter = shutter_of(chain_, std::max(1, options_.truths.sub_frames));
         render_options.occlusion = options_.truths.rays;
-        if (auto recorded = renderer_->record(*commands, scene_, number, render_options, scene_images(), count_++);
-            !recorded)
+        if (auto recorded = source_->record(*commands, number, render_options, scene_images(), count_); !recorded)
             return as_device(recorded.error());
-        if (auto recorded = runner_->record(*commands, scene::frame_facts(scene_, number, extent_), role_images());
-            !recorded)
+        if (sun_map_.extent())
+            if (auto recorded = source_->record_sun_map(*commands, number, sun_map_.image(), count_); !recorded)
+                return as_device(recorded.error());
+        ++count_;
+        if (auto recorded = runner_->record(*commands, source_->frame_facts(number, extent_), role_images()); !recorded)
             return as_device(recorded.error());
         if (auto done = device_->submit_and_wait(); !done)
             return as_device(done.error());
@@ -204,7 +211,7 @@ class SceneFrames {
     Result<void> make_images() {
         std::vector<std::pair<const char*, uint32_t>> wanted = {
             {"colour", 4}, {"depth", 1}, {"normal", 4}, {"velocity", 2}, {"next_velocity", 2}};
-        if (options_.all_passes)
+        if (options_.all_passes || chain_uses(chain_, "direct"))
             wanted.emplace_back("direct", 4);
         if (options_.all_passes || chain_uses(chain_, "ambient"))
             wanted.emplace_back("ambient", 4);
@@ -219,6 +226,12 @@ class SceneFrames {
             if (!image)
                 return as_device(image.error());
             images_[name] = std::move(*image);
+        }
+        if (chain_uses(chain_, "shadow_map") && source_->has_sun_map()) {
+            auto map = device_->create_image(float_format(1), {sun_map_side, sun_map_side});
+            if (!map)
+                return as_device(map.error());
+            sun_map_ = std::move(*map);
         }
         return {};
     }
@@ -239,6 +252,7 @@ class SceneFrames {
         for (const auto& [name, image] : images_)
             roles[name] = image.image();
         roles["normals"] = image("normal");
+        roles["shadow_map"] = sun_map_.image();
         return roles;
     }
 
@@ -280,8 +294,9 @@ class SceneFrames {
     uint64_t count_ = 0;
     std::unique_ptr<apps::Device> device_;
     std::unique_ptr<EffectRunner> runner_;
-    std::unique_ptr<scene::SceneRenderer> renderer_;
+    std::unique_ptr<scene::SceneSource> source_;
     std::map<std::string, apps::HostImage> images_;
+    apps::HostImage sun_map_;
 };
 
 Result<void> write_png(const RenderedFrame& frame, const std::filesystem::path& path, const EffectChain& chain,
@@ -366,6 +381,7 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
     if (!truths)
         return truths.error();
     options.truths = *truths;
+    add_particles(options.chain, options.particles);
     const bool has_effects = !options.chain.effects.empty();
     if (!has_effects &&
         (!options.chain.preset.empty() || !options.chain.settings.empty() || !options.chain.config.empty()))
@@ -381,6 +397,8 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
         return chosen.error();
     if (*format == "png" && has_effects && !writes_colour(*chain) && !writes_plane(*chain))
         return usage_error("a PNG holds colour or visibility, and --outputs names neither; write .exr");
+    if (!options.particles.empty() && !options.has_preroll)
+        options.preroll = particles_preroll(*chain);
     if (auto completed = complete_truth(options.truths, options, *chain); !completed)
         return completed.error();
     auto frames = choose_frames(options, **scene);
@@ -412,6 +430,8 @@ Command make_render(CLI::App& app) {
     add_text(app, "--frames", options->frames, "Frames (default: the key frame, or all for a pattern)");
     add_text(app, "--size", options->size, "WIDTHxHEIGHT (default: 960x540)");
     add_text(app, "--effects", options->chain.effects, "Effects, left to right: motion-blur[,…]");
+    add_text(app, "--particles", options->particles,
+             "Particles before the other effects, with this preset (list presets particles)");
     add_chain_options(app, options->chain, options->save_config);
     add_text(
         app, "--truth", options->truth,
@@ -431,9 +451,10 @@ Command make_render(CLI::App& app) {
         ->type_name("N");
     add_text(app, "--outputs", options->outputs,
              "What effects add: colour, visibility, bent_normal, soft_shadow (default: what they are for)");
-    app.add_option("--preroll", options->preroll, "Frames to run before the first, for effects with history")
-        ->check(CLI::Range(0, 1000))
-        ->type_name("N");
+    const CLI::Option* preroll =
+        app.add_option("--preroll", options->preroll, "Frames to run before the first, for effects with history")
+            ->check(CLI::Range(0, 1000))
+            ->type_name("N");
     app.add_flag("--passes", options->all_passes,
                  "Add direct and ambient light, shadow, and the colour before effects");
     add_text(app, "--device", options->device, "Vulkan device: index or part of the name (list devices)");
@@ -441,7 +462,10 @@ Command make_render(CLI::App& app) {
     app.add_flag("-n,--dry-run", options->dry_run, "Only tell what would be done");
     app.add_flag("--float", options->full_float, "Write colour as 32-bit floats in place of half");
     app.footer("Example: sfumato render fairground -o fair.####.exr --effects motion-blur --preset high --truth 64");
-    return [options](const Invocation& invocation, Console& console) { return run(*options, invocation, console); };
+    return [options, preroll](const Invocation& invocation, Console& console) {
+        options->has_preroll = preroll->count() > 0;
+        return run(*options, invocation, console);
+    };
 }
 
 } // namespace sfumato::cli

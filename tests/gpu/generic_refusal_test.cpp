@@ -1,6 +1,7 @@
 // A host's mistakes, each in turn, for every effect: an Error that names the thing, and nothing recorded.
 #include "tests/gpu/effect_fixture.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace sfumato::test {
@@ -149,7 +150,7 @@ TEST_P(Refusal, parameters) {
         if (info.kind == ParameterKind::real)
             values = {NAN, INFINITY, -INFINITY};
         if (info.kind != ParameterKind::boolean) {
-            values.push_back(info.maximum + 1.0);
+            values.push_back(info.maximum + std::max(1.0, 1e-5 * info.maximum));
             values.push_back(info.minimum - 1.0);
         }
         for (const double value : values) {

@@ -62,14 +62,16 @@ struct Member {
 // one struct is that struct.
 std::vector<Member> block_members(const std::string& json) {
     static const std::regex block("\"ubos\" : \\[\\s*\\{\\s*\"type\" : \"(_[0-9]+)\"");
-    static const std::regex member("\"type\" : \"([a-z0-9_]+)\",\\s*\"offset\" : ([0-9]+)");
+    // An array has its numbers of elements between type and offset.
+    static const std::regex member("\"type\" : \"([a-z0-9_]+)\",(?:\\s*\"array[a-z_]*\" : \\[[^\\]]*\\],)*"
+                                   "\\s*\"offset\" : ([0-9]+)");
     std::smatch found;
     if (!std::regex_search(json, found, block))
         return {};
     std::string type = found[1];
     for (int depth = 0; depth < 3; ++depth) {
         const size_t begin = json.find("\"" + type + "\" : {");
-        const size_t end = json.find("]", begin);
+        const size_t end = json.find("\n        }", begin);
         const std::string body = json.substr(begin, end - begin);
         std::vector<Member> members;
         for (std::sregex_iterator i(body.begin(), body.end(), member), last; i != last; ++i)

@@ -58,7 +58,7 @@ struct ParticleVolumeParameters {
     int burst = 0;
     float lifetime = 5.0f;
     float lifetime_variation = 0.3f;
-    float warm_up = 0.0f;
+    float warm_up = 3.0f;
     float time_scale = 1.0f;
 
     float gravity = -0.4f;

@@ -1,16 +1,17 @@
-// passes: simulate
-// The simulation of particles: one invocation a particle.
+// passes: simulate advance
+// The simulation of particles: one invocation a particle. tests/reference/particles_reference.cpp says the same slowly.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
 #include "particles_shared.h"
+#include "numbers.glsl"
+#include "camera.glsl"
 
-layout(local_size_x = 256) in;
-layout(std430, set = 0, binding = 0) buffer Sprites { ParticleSprite sprites[]; };
+layout(set = 1, binding = 0) uniform Constants { ParticleSimulateConstants constants; };
 
-void main() {
-    const uint index = gl_GlobalInvocationID.x;
-    if (index >= uint(sprites.length()))
-        return;
-    sprites[index] = ParticleSprite(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
-}
+#include "particles_simulate_clock.glsl"
+#ifdef PASS_simulate
+#include "particles_simulate_air.glsl"
+#include "particles_simulate_collide.glsl"
+#include "particles_simulate.glsl"
+#endif
