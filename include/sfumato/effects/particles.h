@@ -80,9 +80,9 @@ struct ParticleVolumeParameters {
     float friction = 0.1f;
 
     float radius_start = 0.04f;
-    float radius_end = 0.3f;
+    float radius_end = 0.25f;
     float extinction = 1.0f;
-    float dilution = 0.5f;
+    float dilution = 1.0f;
     float fade_in = 0.05f;
     float fade_out = 0.4f;
     float albedo_r = 0.8f;

@@ -122,13 +122,12 @@ constexpr ParameterInfo rows[] = {
 
 constexpr PresetOverride half_angle[] = {
     {"mode", "half-angle"}, {"slices", "64"}, {"shadow_resolution", "256"}, {"resolution", "half"}};
-constexpr PresetOverride smoke[] = {{"extinction", "3"},   {"albedo_r", "0.55"},       {"albedo_g", "0.55"},
-                                    {"albedo_b", "0.57"},  {"radius_end", "0.4"},      {"curl_strength", "0.8"},
+constexpr PresetOverride smoke[] = {{"extinction", "1.6"}, {"albedo_r", "0.55"},       {"albedo_g", "0.55"},
+                                    {"albedo_b", "0.57"},  {"radius_end", "0.22"},     {"curl_strength", "1"},
                                     {"curl_octaves", "3"}, {"scattering_octaves", "2"}};
-constexpr PresetOverride steam[] = {{"extinction", "0.8"}, {"albedo_r", "0.98"}, {"albedo_g", "0.98"},
+constexpr PresetOverride steam[] = {{"extinction", "1.2"}, {"albedo_r", "0.98"}, {"albedo_g", "0.98"},
                                     {"albedo_b", "0.99"},  {"gravity", "-1"},    {"lifetime", "3"},
-                                    {"speed", "3"},        {"phase", "0.5"},     {"scattering_octaves", "3"},
-                                    {"dilution", "0.8"}};
+                                    {"speed", "3"},        {"phase", "0.5"},     {"scattering_octaves", "3"}};
 constexpr PresetOverride explosion[] = {{"emitter", "sphere"},
                                         {"burst", "30000"},
                                         {"rate", "0"},
@@ -137,22 +136,22 @@ constexpr PresetOverride explosion[] = {{"emitter", "sphere"},
                                         {"spread", "180"},
                                         {"drag", "3"},
                                         {"gravity", "-1.5"},
-                                        {"extinction", "4"},
+                                        {"extinction", "1"},
                                         {"albedo_r", "0.35"},
                                         {"albedo_g", "0.33"},
                                         {"albedo_b", "0.32"},
-                                        {"emission", "40"},
-                                        {"emission_time", "0.35"},
+                                        {"emission", "8"},
+                                        {"emission_time", "0.25"},
                                         {"radius_start", "0.08"},
-                                        {"radius_end", "0.5"},
+                                        {"radius_end", "0.4"},
                                         {"curl_strength", "1.5"},
                                         {"curl_octaves", "3"}};
 constexpr PresetOverride low[] = {
-    {"count", "16384"},           {"rate", "2500"},    {"extinction", "2"},       {"layers", "12"},
+    {"count", "16384"},           {"rate", "2500"},    {"extinction", "4"},       {"layers", "12"},
     {"shadow_resolution", "128"}, {"sort_bits", "16"}, {"resolution", "quarter"}, {"curl_octaves", "1"}};
 constexpr PresetOverride medium[] = {{"layers", "16"}, {"resolution", "half"}, {"sort_bits", "16"}};
-constexpr PresetOverride high[] = {{"count", "262144"}, {"rate", "40000"}, {"extinction", "0.5"}};
-constexpr PresetOverride ultra[] = {{"count", "1048576"},  {"rate", "160000"},           {"extinction", "0.25"},
+constexpr PresetOverride high[] = {{"count", "262144"}, {"rate", "40000"}, {"extinction", "0.25"}};
+constexpr PresetOverride ultra[] = {{"count", "1048576"},  {"rate", "160000"},           {"extinction", "0.0625"},
                                     {"radius_end", "0.2"}, {"shadow_resolution", "512"}, {"layers", "64"},
                                     {"curl_octaves", "3"}, {"sort_bits", "32"}};
 
