@@ -1,6 +1,7 @@
 // sfumato-bench: what each effect costs on this machine, and how far it is from ground truth.
 #include "apps/bench/commands.h"
 #include "apps/bench/options.h"
+#include "apps/bench/particles.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -38,6 +39,13 @@ Result<void> run(const bench::Options& options) {
     const Output output(options.json);
     if (options.command == "list")
         return list_all(output);
+    if (options.command == "particles") {
+        auto rig = Rig::create(options.rig);
+        if (!rig)
+            return rig.error();
+        const auto done = measure_particles(**rig, options, output);
+        return done ? (*rig)->check_validation() : done;
+    }
     // Names first: a typing error should not cost the time of opening a device.
     const auto variants = make_variants(options.variants);
     if (!variants)

@@ -176,9 +176,9 @@ TEST_F(ParticleDraw, particles_shadow_what_lies_behind_them_for_the_light) {
         const ParticleImages images = shot.draw();
         return double{images.output.at(32, 24)[0]} / double{images.transmittance.at(32, 24)[0]};
     };
-    EXPECT_NEAR(scene_at(3.1f), 1.0, 0.01);              // before both
-    EXPECT_NEAR(scene_at(4.0f), std::exp(-1.2), 0.03);   // between them
-    EXPECT_NEAR(scene_at(5.0f), std::exp(-2.4), 0.02);   // behind both
+    EXPECT_NEAR(scene_at(3.1f), 1.0, 0.01);            // before both
+    EXPECT_NEAR(scene_at(4.0f), std::exp(-1.2), 0.03); // between them
+    EXPECT_NEAR(scene_at(5.0f), std::exp(-2.4), 0.02); // behind both
     shot.direct = make_image(shot.extent, 3, [](uint32_t, uint32_t, float* p) { std::fill_n(p, 3, 0.6f); });
     EXPECT_NEAR(scene_at(5.0f), 0.4 + 0.6 * std::exp(-2.4), 0.02);
     shot.parameters.mode = ParticleMode::half_angle;
