@@ -45,7 +45,7 @@ struct Drawing {
     ResourceId depths = no_resource, far = no_resource, near = no_resource, velocity = no_resource;
 
     bool has_velocity() const { return in.velocity_output != no_resource; }
-    bool has_snapshots() const { return in.parameters.resolution != ParticleResolution::full && !backward; }
+    bool has_snapshots() const { return in.parameters.resolution != ParticleResolution::full; }
     bool scatters() const { return in.parameters.scattering_blur > 0.0f; }
     uint32_t view() const { return static_cast<uint32_t>(in.parameters.debug_view); }
     uint32_t tiles() const { return blocks_of(working.width, tile_side) * blocks_of(working.height, tile_side); }
