@@ -83,8 +83,8 @@ class LightPlane {
             low_v_ = std::min(low_v_, dot(p, up_) - r), high_v = std::max(high_v, dot(p, up_) + r);
             sum += r;
         }
-        side_ = std::max({sum / static_cast<double>(sprites.size()), (high_u - low_u_) / 512.0,
-                          (high_v - low_v_) / 512.0});
+        side_ =
+            std::max({sum / static_cast<double>(sprites.size()), (high_u - low_u_) / 512.0, (high_v - low_v_) / 512.0});
         columns_ = std::floor((high_u - low_u_) / side_) + 1.0;
         rows_ = std::floor((high_v - low_v_) / side_) + 1.0;
         cells_.resize(static_cast<size_t>(columns_ * rows_));
@@ -184,9 +184,13 @@ std::vector<Disc> discs_of(std::span<const ParticleSprite> sprites, const View& 
             continue;
         const Vec3 clip = transform(p, v);
         const double w = homogeneous(p, v);
-        Disc d{(clip.x / w * 0.5 + 0.5) * view.extent.width, (clip.y / w * 0.5 + 0.5) * view.extent.height,
-               double{s.radius} * pixels / (view.perspective ? -v.z : 1.0), -v.z,
-               2.0 * double{s.radius} * double{s.extinction}, double{s.radius}, &s};
+        Disc d{(clip.x / w * 0.5 + 0.5) * view.extent.width,
+               (clip.y / w * 0.5 + 0.5) * view.extent.height,
+               double{s.radius} * pixels / (view.perspective ? -v.z : 1.0),
+               -v.z,
+               2.0 * double{s.radius} * double{s.extinction},
+               double{s.radius},
+               &s};
         const double grown = std::max(1.0, 1.0 / d.radius);
         d.radius *= grown, d.metres *= grown, d.optical_depth /= grown * grown;
         if (d.x + d.radius <= 0.0 || d.y + d.radius <= 0.0 || d.x - d.radius >= view.extent.width ||
@@ -392,6 +396,39 @@ std::vector<ParticleSprite> particle_cloud(const ParticleCloud& cloud) {
         sprites.push_back(s);
     }
     return sprites;
+}
+
+Camera look_at(std::array<double, 3> eye, std::array<double, 3> target, double focal, Extent extent) {
+    const Vec3 e = {eye[0], eye[1], eye[2]};
+    const Vec3 back = normalised(e - Vec3{target[0], target[1], target[2]});
+    const Vec3 right = normalised(cross(std::abs(back.y) < 0.99 ? Vec3{0, 1, 0} : Vec3{0, 0, 1}, back));
+    const Vec3 up = cross(back, right);
+    Camera camera;
+    const Vec3 rows[3] = {right, up, back};
+    for (size_t r = 0; r < 3; ++r) {
+        camera.world_to_view[r] = static_cast<float>(rows[r].x);
+        camera.world_to_view[4 + r] = static_cast<float>(rows[r].y);
+        camera.world_to_view[8 + r] = static_cast<float>(rows[r].z);
+        camera.world_to_view[12 + r] = static_cast<float>(-dot(rows[r], e));
+    }
+    const double aspect = static_cast<double>(extent.width) / extent.height;
+    camera.projection = {static_cast<float>(2.0 * focal / aspect),
+                         0,
+                         0,
+                         0,
+                         0,
+                         static_cast<float>(-2.0 * focal),
+                         0,
+                         0,
+                         0,
+                         0,
+                         0,
+                         -1,
+                         0,
+                         0,
+                         0.05f,
+                         0};
+    return camera;
 }
 
 } // namespace sfumato::scene

@@ -4,6 +4,7 @@
 
 #include "sfumato/effects/particles.h"
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -48,5 +49,8 @@ struct ParticleCloud {
 
 // A ball about the origin with lobes and hollows, the same bits everywhere.
 std::vector<ParticleSprite> particle_cloud(const ParticleCloud& cloud);
+
+// A camera at `eye` that looks at `target`; `focal` in image heights. Reversed infinite depth, near plane at 0.05.
+Camera look_at(std::array<double, 3> eye, std::array<double, 3> target, double focal, Extent extent);
 
 } // namespace sfumato::scene

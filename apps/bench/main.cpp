@@ -1,6 +1,7 @@
 // sfumato-bench: what each effect costs on this machine, and how far it is from ground truth.
 #include "apps/bench/commands.h"
 #include "apps/bench/options.h"
+#include "apps/bench/particles.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -38,11 +39,12 @@ Result<void> run(const bench::Options& options) {
     const Output output(options.json);
     if (options.command == "list")
         return list_all(output);
-    if (options.command == "sort") {
+    if (options.command == "sort" || options.command == "particles") {
         auto rig = Rig::create(options.rig);
         if (!rig)
             return rig.error();
-        auto done = measure_sort(**rig, options, output);
+        const auto done = options.command == "sort" ? measure_sort(**rig, options, output)
+                                                    : measure_particles(**rig, options, output);
         return done ? (*rig)->check_validation() : done;
     }
     // Names first: a typing error should not cost the time of opening a device.

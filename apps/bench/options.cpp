@@ -145,6 +145,20 @@ void add_commands(CLI::App& app, Options& options, Texts& texts) {
     sort->add_flag("--validation", options.rig.validation, "Runs under the validation layer; times mean nothing then");
     add_timing_of_frames(*sort, options);
 
+    CLI::App* particles = app.add_subcommand("particles", "Particles: error against brute force, time by their number");
+    particles->add_option("--device", options.rig.device, "Index or part of the name of the Vulkan device");
+    particles->add_option("--json", options.json, "Writes the figures as JSON; - for standard output instead");
+    particles->add_flag("--validation", options.rig.validation, "Runs under the validation layer");
+    particles->add_option("--part", options.part, "quality, times or all")
+        ->check(CLI::IsMember({"quality", "times", "all"}));
+    particles->add_option("--count", options.particle_counts, "Numbers of particles; 2^14 to 2^22 (2^16 on a CPU)")
+        ->delimiter(',')
+        ->check(CLI::Range(1, 4194304));
+    particles->add_option("--frames", options.frames, "Frames that are timed; 100 (3 on a CPU)")
+        ->check(CLI::Range(1, 100000));
+    particles->add_option("--size", texts.sizes, "Size; 1920x1080 for times, 480x270 for quality (small on a CPU)");
+    particles->add_flag("--no-passes", texts.no_passes, "Leaves out the times of every pass");
+
     CLI::App* list = app.add_subcommand("list", "Devices, effects, presets and scenes");
     list->add_option("--json", options.json, "Writes the list as JSON; - for standard output");
     app.require_subcommand(1);

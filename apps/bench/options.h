@@ -12,7 +12,7 @@
 namespace sfumato::bench {
 
 struct Options {
-    std::string command; // "times", "quality", "frontier", "tune", "sort", "list"
+    std::string command; // "times", "quality", "frontier", "tune", "sort", "particles", "list"
     VariantRequest variants;
     std::vector<std::string> scenes; // none: those that are for the effect
     std::vector<std::string> raw_files;
@@ -33,6 +33,8 @@ struct Options {
     std::string pictures;
     std::string json;
     RigOptions rig;
+    std::vector<int> particle_counts; // of particles; none: by the device
+    std::string part = "all";         // of particles: "quality", "times"
     double budget_ms = 0.0;
     uint64_t seed = 1;
     int evaluations = 200;

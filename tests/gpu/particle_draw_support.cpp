@@ -67,7 +67,8 @@ ParticleImages ParticleShot::draw(int poison) const {
     };
     rig.set("colour", colour.values.empty() ? constant(4, 0.0f) : colour);
     rig.set("depth", depth.values.empty() ? constant(1, 1e10f) : depth);
-    for (const auto& [name, image] : {std::pair{"direct", &direct}, {"shadow_map", &shadow_map}, {"velocity", &velocity}})
+    for (const auto& [name, image] :
+         {std::pair{"direct", &direct}, {"shadow_map", &shadow_map}, {"velocity", &velocity}})
         if (!image->values.empty())
             rig.set(name, *image);
     rig.optional_outputs = optional_outputs;
@@ -84,26 +85,6 @@ ParticleImages ParticleShot::draw(int poison) const {
     }
     std::memcpy(&images.statistics, statistics.bytes().data(), sizeof(ParticleStatistics));
     return images;
-}
-
-Camera look_at(std::array<double, 3> eye, std::array<double, 3> target, double focal, Extent extent) {
-    using namespace scene;
-    const Vec3 e = {eye[0], eye[1], eye[2]};
-    const Vec3 back = normalised(e - Vec3{target[0], target[1], target[2]});
-    const Vec3 right = normalised(cross(std::abs(back.y) < 0.99 ? Vec3{0, 1, 0} : Vec3{0, 0, 1}, back));
-    const Vec3 up = cross(back, right);
-    Camera camera;
-    const Vec3 rows[3] = {right, up, back};
-    for (size_t r = 0; r < 3; ++r) {
-        camera.world_to_view[r] = static_cast<float>(rows[r].x);
-        camera.world_to_view[4 + r] = static_cast<float>(rows[r].y);
-        camera.world_to_view[8 + r] = static_cast<float>(rows[r].z);
-        camera.world_to_view[12 + r] = static_cast<float>(-dot(rows[r], e));
-    }
-    const double aspect = static_cast<double>(extent.width) / extent.height;
-    camera.projection = {static_cast<float>(2.0 * focal / aspect), 0, 0, 0, 0, static_cast<float>(-2.0 * focal), 0, 0,
-                         0, 0, 0, -1, 0, 0, 0.05f, 0};
-    return camera;
 }
 
 Light white_light(std::array<float, 3> to_light) {

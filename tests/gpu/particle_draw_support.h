@@ -9,6 +9,8 @@
 
 namespace sfumato::test {
 
+using scene::look_at;
+
 // Draws of one suite share a context, and so its pipelines.
 class ParticleDrawTest : public GpuTest {
   public:
@@ -38,9 +40,6 @@ struct ParticleShot {
     // Against the truth; the picture must be black.
     scene::ParticleError error() const { return scene::particle_error(truth(), draw().output.values, 4); }
 };
-
-// A camera at `eye` that looks at `target`; `focal` in image heights. Reversed infinite depth, near plane at 0.05.
-Camera look_at(std::array<double, 3> eye, std::array<double, 3> target, double focal, Extent extent);
 
 // The standard cloud from z = 4, lit from `angle` degrees between the ways to the eye and to the light, 0…180: below
 // 90 the light stands behind the camera. The light's radiance makes an isotropic, unshadowed particle white.

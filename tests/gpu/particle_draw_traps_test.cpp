@@ -33,9 +33,13 @@ TEST_F(ParticleDrawTraps, without_live_particles_the_picture_stays_as_it_is) {
     shot.parameters.scene_shadow = 1.0f;
     shot.optional_outputs = true;
     shot.depth = make_image(shot.extent, 1, [](uint32_t, uint32_t, float* p) { *p = 5.0f; });
-    shot.sprites = {sprite({0, 0, 0}, 0.0f, 1.0f), sprite({0, 0, 0}, -1.0f, 1.0f), sprite({nan, 0, 0}, 1.0f, 1.0f),
-                    sprite({0, infinity, 0}, 1.0f, 1.0f), sprite({0, 0, 0}, nan, 1.0f),
-                    sprite({0, 0, 0}, 1.0f, infinity), sprite({0, 0, 0}, 1.0f, 1.0f, {1, nan, 1})};
+    shot.sprites = {sprite({0, 0, 0}, 0.0f, 1.0f),
+                    sprite({0, 0, 0}, -1.0f, 1.0f),
+                    sprite({nan, 0, 0}, 1.0f, 1.0f),
+                    sprite({0, infinity, 0}, 1.0f, 1.0f),
+                    sprite({0, 0, 0}, nan, 1.0f),
+                    sprite({0, 0, 0}, 1.0f, infinity),
+                    sprite({0, 0, 0}, 1.0f, 1.0f, {1, nan, 1})};
     for (const auto mode : {ParticleMode::light_volume, ParticleMode::half_angle}) {
         shot.parameters.mode = mode;
         const ParticleImages images = shot.draw(0xff);

@@ -1,11 +1,11 @@
 // Which passes shadow and draw particles, in which order. Sources and maths stand in the shaders.
+#include "shaders/particles_draw.h"
 #include "effects/particles/particles_draw_setup.h"
 #include "effects/particles/particles_plan.h"
 #include "effects/plan_parts.h"
 #include "filters/prefix_sum.h"
 #include "filters/radix_sort.h"
 #include "shaders/particles_composite.h"
-#include "shaders/particles_draw.h"
 #include "shaders/particles_light.h"
 #include "shaders/particles_tiles.h"
 
@@ -45,7 +45,7 @@ struct Drawing {
     ResourceId depths = no_resource, far = no_resource, near = no_resource, velocity = no_resource;
 
     bool has_velocity() const { return in.velocity_output != no_resource; }
-    bool has_snapshots() const { return in.parameters.resolution != ParticleResolution::full && !backward; }
+    bool has_snapshots() const { return in.parameters.resolution != ParticleResolution::full; }
     bool scatters() const { return in.parameters.scattering_blur > 0.0f; }
     uint32_t view() const { return static_cast<uint32_t>(in.parameters.debug_view); }
     uint32_t tiles() const { return blocks_of(working.width, tile_side) * blocks_of(working.height, tile_side); }
@@ -157,13 +157,13 @@ void plan_tiles(Drawing& d) {
             write_buffer(ranks), write_buffer(d.pairs), write_buffer(d.dropped)},
            d.groups(capacity, 256));
     const auto bits = static_cast<uint32_t>(std::bit_width(d.tiles() - 1));
-    const SortedPairs sorted = plan_radix_sort(d.planner, tiles, ranks, {d.pairs, 0, d.room}, std::max(bits, 1u),
-                                               {.overwrite_input = true});
+    const SortedPairs sorted =
+        plan_radix_sort(d.planner, tiles, ranks, {d.pairs, 0, d.room}, std::max(bits, 1u), {.overwrite_input = true});
     d.ranks = sorted.values;
     d.ranges = d.words("tile ranges", 2 * uint64_t{d.tiles()});
     clear(d, "clear ranges", d.ranges, 2 * uint64_t{d.tiles()});
-    d.pass("tile ranges", shader::range, {},
-           {read_buffer(sorted.keys), read_buffer(d.pairs), write_buffer(d.ranges)}, d.groups(d.room, 1024));
+    d.pass("tile ranges", shader::range, {}, {read_buffer(sorted.keys), read_buffer(d.pairs), write_buffer(d.ranges)},
+           d.groups(d.room, 1024));
 }
 
 void plan_draw(Drawing& d) {
@@ -185,18 +185,18 @@ void plan_draw(Drawing& d) {
 
 void plan_composite(const Drawing& d) {
     const auto output = [&](ResourceId image) {
-        return write(image != no_resource ? image
-                                          : d.planner.transient("not written", VK_FORMAT_R32_SFLOAT, {1, 1}));
+        return write(image != no_resource ? image : d.planner.transient("not written", VK_FORMAT_R32_SFLOAT, {1, 1}));
     };
     const ParticleDrawInputs& in = d.in;
     const ResourceId near = d.has_snapshots() ? d.near : d.far;
     d.pass("composite", shaders::particles_composite::composite,
-           {in.frame.depth_kind == DepthKind::device, resolution_factor(in.parameters.resolution), d.by_rank, in.parameters.scene_shadow > 0.0f, in.direct != no_resource, d.has_velocity(),
+           {in.frame.depth_kind == DepthKind::device, resolution_factor(in.parameters.resolution), d.by_rank,
+            in.parameters.scene_shadow > 0.0f, in.direct != no_resource, d.has_velocity(),
             in.transmittance != no_resource, d.view(), d.perspective, d.scatters()},
            {read(in.colour), read(in.depth), read(in.direct), read(in.velocity), read(d.depths), read(d.far),
-            read(near), read(d.has_velocity() ? d.velocity : no_resource), read_buffer(d.facts),
-            read_buffer(d.volume), read_buffer(d.ranges), read_buffer(d.dropped), write(in.output),
-            output(in.velocity_output), output(in.transmittance)},
+            read(near), read(d.has_velocity() ? d.velocity : no_resource), read_buffer(d.facts), read_buffer(d.volume),
+            read_buffer(d.ranges), read_buffer(d.dropped), write(in.output), output(in.velocity_output),
+            output(in.transmittance)},
            {DispatchKind::texels, in.output});
     if (in.statistics == no_resource)
         return;
