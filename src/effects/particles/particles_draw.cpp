@@ -124,7 +124,7 @@ void plan_light(Drawing& d) {
     d.pass("splat", shader::splat, {d.lights, d.by_rank},
            {read_buffer(d.in.sprites), read_buffer(d.facts), read_buffer(d.sorted), read_buffer(d.count),
             write_buffer(d.volume)},
-           d.groups(d.in.capacity, 64));
+           d.groups(d.in.capacity, 128));
     if (d.scatters())
         plan_scattering(d);
     else
@@ -218,7 +218,8 @@ void plan_particle_draw(Planner& planner, const ParticleDrawInputs& in) {
     d.side = static_cast<uint32_t>(p.shadow_resolution);
     // A few particles may be large: every tile may be touched by a number of them whatever the count.
     const uint64_t wanted = uint64_t{in.capacity} * static_cast<uint32_t>(p.pairs_per_particle) + 16 * d.tiles();
-    d.room = static_cast<uint32_t>(std::min<uint64_t>(wanted, uint64_t{1} << 26));
+    // As many as one row of workgroups takes, a thousand each.
+    d.room = static_cast<uint32_t>(std::min<uint64_t>(wanted, uint64_t{65535} * 1024));
     d.by_rank = p.mode == ParticleMode::half_angle;
     d.backward = draws_backward(in.frame, p);
     d.perspective = in.frame.camera->projection[11] != 0.0f;

@@ -16,7 +16,7 @@ layout(set = 0, binding = 4) buffer Volume { uint data[]; } volume;
 #include "particles_light_volume.glsl"
 
 const uint lanes = 8u;
-const uint rounds = 2u; // particles that a thread takes part in
+const uint rounds = 4u; // particles that a thread takes part in: four million fit into one row of workgroups
 
 shared float sums[256];
 
