@@ -14,7 +14,6 @@
 
 namespace sfumato::scene {
 namespace {
-
 namespace code = sfumato::shaders::mesh_images;
 namespace shared_code = sfumato::shaders::analytic_scene;
 
@@ -333,8 +332,8 @@ Result<void> MeshRenderer::geometry(Recording& recording) {
     return plan.execute(*executor_, recording.commands, recording.index);
 }
 
-// Light of one moment into means_[result] and means_[result + 1], always by the same passes: the same moment gives the
-// same bits, in a sharp frame and in its truth.
+// Light of one moment into means_[result] and means_[result + 1], always by the same passes: the same bits in a sharp
+// frame and in its truth.
 Result<uint32_t> MeshRenderer::radiance(Recording& recording, double frame) {
     if (auto ready = ensure_target(recording, MeshPass::light); !ready)
         return ready.error();

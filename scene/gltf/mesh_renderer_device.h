@@ -129,10 +129,9 @@ class MeshDevice {
 
     // Wraps the handle that vkCreate… made, or tells why there is none.
     template <class Handle, class Info>
-    Result<MeshObject<Handle>> make(VkResult(VKAPI_PTR* creator)(VkDevice, const Info*, const VkAllocationCallbacks*,
-                                                                 Handle*),
-                                    typename MeshObject<Handle>::Destroy destroyer, const Info& info,
-                                    const char* call) const {
+    Result<MeshObject<Handle>>
+    make(VkResult(VKAPI_PTR* creator)(VkDevice, const Info*, const VkAllocationCallbacks*, Handle*),
+         typename MeshObject<Handle>::Destroy destroyer, const Info& info, const char* call) const {
         Handle made = VK_NULL_HANDLE;
         if (const VkResult result = creator(device_, &info, nullptr, &made); result != VK_SUCCESS)
             return failed(call, result);

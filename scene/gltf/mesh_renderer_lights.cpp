@@ -76,7 +76,8 @@ MeshLightRig::MeshLightRig(const Model& model, const ModelPose& pose, const Boun
         if (model.nodes[i].light != none && brightest(model.lights[model.nodes[i].light]) > 0.0)
             nodes_.push_back(i);
     const auto light = [&](uint32_t node) -> const ModelLight& { return model.lights[model.nodes[node].light]; };
-    std::ranges::stable_partition(nodes_, [&](uint32_t i) { return light(i).kind == LightKind::directional; });
+    std::stable_partition(nodes_.begin(), nodes_.end(),
+                          [&](uint32_t i) { return light(i).kind == LightKind::directional; });
     if (nodes_.size() > MESH_MOST_LIGHTS)
         nodes_.resize(MESH_MOST_LIGHTS);
     double most = 0.0;
