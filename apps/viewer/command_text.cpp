@@ -18,6 +18,12 @@ std::string shell_word(const std::string& text) {
     return result + "'";
 }
 
+// What render may choose by the scene unless it is told.
+bool depends_on_scene(const ParameterInfo& info) {
+    const std::string_view name = info.name;
+    return name == "application" || name == "radius";
+}
+
 // --effects, --preset and as few --set as there can be.
 std::string effects_text(const cli::EffectChain& chain) {
     std::string names, presets, settings;
@@ -28,7 +34,7 @@ std::string effects_text(const cli::EffectChain& chain) {
         ParameterSet base(*link.effect->parameters);
         static_cast<void>(static_cast<bool>(apply_preset(base.table(), base.data(), link.preset)));
         for (const ParameterInfo& info : link.effect->parameters->parameters)
-            if (info.get(base.data()) != info.get(link.parameters.data()))
+            if (depends_on_scene(info) || info.get(base.data()) != info.get(link.parameters.data()))
                 settings += fmt::format(" --set {}.{}={}", link.effect->name, info.name,
                                         parameter_text(info, link.parameters.data()));
     }

@@ -308,7 +308,8 @@ void Session::log_widgets() {
                 {"truth_done", number(truth_->done())},
                 {"picture_width", number(status_.picture.width)},
                 {"picture_height", number(status_.picture.height)},
-                {"divider", model_.divider}});
+                {"divider", model_.divider}},
+               status_.command);
 }
 
 } // namespace sfumato::viewer

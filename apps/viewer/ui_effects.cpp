@@ -160,8 +160,12 @@ bool Ui::draw_value(EffectSlot& slot, const ParameterInfo& info, const std::stri
     }
     case ParameterKind::integer: {
         int whole = static_cast<int>(value);
-        edited = ImGui::SliderInt("##value", &whole, static_cast<int>(info.minimum), static_cast<int>(info.maximum),
-                                  "%d", flags);
+        // ImGui's sliders end at half of the integers; and what a slider of a million steps hits is luck.
+        if (info.maximum - info.minimum > 1e6)
+            edited = ImGui::InputInt("##value", &whole);
+        else
+            edited = ImGui::SliderInt("##value", &whole, static_cast<int>(info.minimum), static_cast<int>(info.maximum),
+                                      "%d", flags);
         value = whole;
         break;
     }

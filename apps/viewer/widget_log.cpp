@@ -14,10 +14,13 @@ void WidgetLog::mark(const std::string& name) {
     widgets_[name] = {from.x, from.y, to.x - from.x, to.y - from.y};
 }
 
-void WidgetLog::write(const std::map<std::string, double>& state) const {
+void WidgetLog::write(const std::map<std::string, double>& state, const std::string& command) const {
     if (path_.empty())
         return;
-    std::string text = "{\"state\": {";
+    std::string text = "{\"command\": \"";
+    for (const char letter : command)
+        text += letter == '"' || letter == '\\' ? std::string{'\\', letter} : std::string(1, letter);
+    text += "\",\n\"state\": {";
     for (const auto& [name, value] : state)
         text += fmt::format("{}\"{}\": {}", text.back() == '{' ? "" : ", ", name, value);
     text += "},\n\"widgets\": {";

@@ -18,8 +18,9 @@ class WidgetLog {
     void mark(const std::string& name);
     void set(const std::string& name, const Rectangle& rectangle) { widgets_[name] = rectangle; }
 
-    // {"state": {…}, "widgets": {name: [x, y, width, height]}}, in the window's coordinates. The file appears whole.
-    void write(const std::map<std::string, double>& state) const;
+    // {"command": "sfumato render …", "state": {…}, "widgets": {name: [x, y, width, height]}}, in the window's
+    // coordinates. The file appears whole.
+    void write(const std::map<std::string, double>& state, const std::string& command) const;
 
   private:
     std::string path_;

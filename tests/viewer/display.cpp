@@ -157,6 +157,7 @@ WidgetState read_widgets(const std::filesystem::path& path) {
     const auto json = nlohmann::json::parse(read_text(path), nullptr, false);
     if (json.is_discarded())
         return result;
+    result.command = json["command"];
     for (const auto& [name, value] : json["state"].items())
         result.state[name] = value;
     for (const auto& [name, value] : json["widgets"].items())

@@ -72,6 +72,7 @@ class Display {
 
 // What the viewer says of its widgets.
 struct WidgetState {
+    std::string command; // that makes the picture
     std::map<std::string, double> state;
     std::map<std::string, std::array<double, 4>> widgets; // x, y, width, height
 };

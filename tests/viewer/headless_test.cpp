@@ -37,8 +37,13 @@ void expect_same(const Pixels& a, const Pixels& b, int tolerance) {
 }
 
 TEST_F(ViewerHeadless, is_the_picture_of_render) {
-    const std::vector<std::string> common = {"fairground", "--effects", "ambient-occlusion,motion-blur", "--set",
-                                             "motion-blur.shutter=0.8"};
+    const std::vector<std::string> common = {"fairground",
+                                             "--effects",
+                                             "ambient-occlusion,motion-blur",
+                                             "--set",
+                                             "motion-blur.shutter=0.8",
+                                             "--set",
+                                             "ambient-occlusion.application=everything"};
     auto viewed = common, rendered = common;
     viewed.insert(viewed.end(), {"--size", size, "--frame", "5"});
     rendered.insert(rendered.end(), {"--size", size, "--frames", "5", "--outputs", "colour"});

@@ -2,7 +2,8 @@
 #include "tests/cli/program.h"
 #include "tests/viewer/display.h"
 
-#include <fstream>
+#include <algorithm>
+#include <sstream>
 
 namespace sfumato::viewer_tests {
 namespace {
@@ -157,6 +158,22 @@ TEST_F(ViewerWindow, camera_time_divider_and_size) {
     drag("picture", 0.7, 0.8); // circles the scene
     const Pixels orbited = shown();
     EXPECT_GT(of_pictures(before, orbited).mean, 5.0);
+    // The command that the viewer tells makes the picture that it saves.
+    click("split");
+    click("tab Files");
+    click("save png");
+    ASSERT_TRUE(eventually([&] { return exists("saved.png"); }));
+    std::istringstream command(widgets().command);
+    std::vector<std::string> words;
+    for (std::string word; command >> word;)
+        words.push_back(word);
+    ASSERT_GT(words.size(), 4u);
+    EXPECT_NE(std::ranges::find(words, "--viewpoint"), words.end());
+    words.erase(words.begin()); // the program
+    words.back() = "rendered.png";
+    ASSERT_EQ(run(words).code, 0) << widgets().command;
+    const Pixels saved = read_png(path("saved.png")), rendered = read_png(path("rendered.png"));
+    EXPECT_LE(compare(saved, rendered, 0, 0, saved.width, saved.height).largest, 1);
     const double frame = state("frame");
     display_->act("mousemove 200 300 sleep 0.1 key Right");
     ASSERT_TRUE(eventually([&] { return state("frame") == frame + 1.0; }));
