@@ -171,7 +171,10 @@ TEST_F(ParticleDraw, surfaces_cut_spheres_softly) {
     shot = stack({0, 0, 1});
     shot.sprites = {sprite({0, 0, 0}, 0.5f, 1.5f)};
     shot.optional_outputs = true;
-    for (const auto& [wall, share] : {std::pair{4.0f, 0.5}, {3.4f, 0.0}, {4.6f, 1.0}, {3.75f, 0.25}}) {
+    const std::pair<float, double> walls[] = {{4.0f, 0.5}, {3.4f, 0.0}, {4.6f, 1.0}, {3.75f, 0.25}};
+    for (const std::pair<float, double>& pair : walls) {
+        const float wall = pair.first;
+        const double share = pair.second;
         shot.depth = make_image(shot.extent, 1, [&](uint32_t, uint32_t, float* p) { *p = wall; });
         EXPECT_NEAR(-std::log(shot.draw().transmittance.at(32, 24)[0]), 1.5 * share, 0.01) << wall;
     }
