@@ -41,7 +41,7 @@ const std::vector<ParticleSprite>& ParticleSimulation::run(const Frame& frame) {
         if (resource.name == "sprites") {
             resource.kind = ResourceKind::host_buffer;
             resource.index = 0;
-        } else if (resource.name == "particles" && own_states_) {
+        } else if (resource.kind == ResourceKind::state && resource.name == "particles" && own_states_) {
             resource.kind = ResourceKind::host_buffer;
             resource.index = 1;
         }

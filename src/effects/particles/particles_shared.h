@@ -73,7 +73,8 @@ struct ParticleSimulateConstants {
     uint unused_0;
     uint unused_1;
     uint unused_2;
-    // Five of a collider: centre and shape; size and bounding radius; the axes, with a component of the velocity behind each.
+    // Five of a collider: centre and shape; size and bounding radius; the axes, with a component of the velocity behind
+    // each.
     vec4 colliders[160];
 };
 
