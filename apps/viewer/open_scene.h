@@ -13,8 +13,8 @@ namespace sfumato::viewer {
 using SceneOpener =
     std::function<Result<std::unique_ptr<scene::SceneSource>>(const apps::Device& device, Context& context)>;
 
-// Decides what `name` is without a device: a built-in scene, or a glTF file; opening it comes later, with one, and once.
-// Errors: there is no such scene or file, or the file is broken.
+// Decides what `name` is without a device: a built-in scene, or a glTF file; opening it comes later, with one, and
+// once. Errors: there is no such scene or file, or the file is broken.
 Result<SceneOpener> choose_scene(const std::string& name);
 
 } // namespace sfumato::viewer

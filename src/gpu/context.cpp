@@ -67,8 +67,7 @@ Result<std::unique_ptr<Context>> Context::create(const ContextInfo& info) {
     constexpr VkSubgroupFeatureFlags operations =
         VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT | VK_SUBGROUP_FEATURE_ARITHMETIC_BIT;
     state->subgroups = info.subgroups && (subgroup.supportedStages & VK_SHADER_STAGE_COMPUTE_BIT) != 0 &&
-                       (subgroup.supportedOperations & operations) == operations &&
-                       subgroup.subgroupSize >= 4;
+                       (subgroup.supportedOperations & operations) == operations && subgroup.subgroupSize >= 4;
     state->vk.vkGetPhysicalDeviceMemoryProperties(info.physical_device, &state->memory);
     if (auto created = state->create(); !created)
         return created.error();
