@@ -30,8 +30,8 @@ constexpr EffectFacts facts[] = {
     // Two tiles of 32 and the jitter of the tile lookup.
     {"motion-blur", 80, {}},
     {"ambient-occlusion", 128, occlusion_looks},
-    {"particles", 256, particle_looks, "position_y=-1 position_z=-4 count=1500 rate=600 burst=200 warm_up=0.5",
-     "count=3000 burst=3000 rate=6000 warm_up=2 shadow_resolution=256"},
+    {"particles", 128, particle_looks, "position_y=-1 position_z=-4 count=1500 rate=600 burst=200 warm_up=0.5",
+     "count=2000 burst=2000 rate=4000 warm_up=1 shadow_resolution=128"},
 };
 
 float hash(uint32_t x, uint32_t y, uint32_t seed) {
