@@ -235,7 +235,8 @@ std::string measured_section(const EffectTour& effect, bool is_software) {
                             escaped(effect.figures_text), quality.value("sub_frames", 0), quality.value("rays", 0));
         html += command_html(effect.quality.command, "errors of " + effect.title);
     } else if (effect.quality.command.empty())
-        html += "<p class=\"untold\">The errors of this effect are not measured preset by preset, so there is no plot.</p>\n";
+        html += "<p class=\"untold\">The errors of this effect are not measured preset by preset, so there is no "
+                "plot.</p>\n";
     else
         html += missing("errors", effect.quality);
     if (has_times) {
