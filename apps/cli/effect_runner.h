@@ -11,6 +11,9 @@
 
 namespace sfumato::cli {
 
+// Of the scene's depth from the sun, for effects with a role `shadow_map`.
+inline constexpr uint32_t sun_map_side = 1024;
+
 // Inputs by role; the colour output of an effect is the colour of the next.
 using RoleImages = std::map<std::string, Image>;
 

@@ -10,8 +10,6 @@ namespace sfumato::cli {
 
 namespace {
 
-constexpr uint32_t sun_map_side = 1024;
-
 // The truth opens its shutter as the blur in the chain does.
 scene::Shutter shutter_of(const EffectChain& chain, int sub_frames) {
     scene::Shutter shutter;

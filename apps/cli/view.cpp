@@ -42,7 +42,9 @@ Outcome run(ViewCommandOptions options, Console& console) {
 Command make_view(CLI::App& app) {
     auto options = std::make_shared<ViewCommandOptions>();
     viewer::ViewerOptions& viewer = options->viewer;
-    app.add_option("SCENE", viewer.scene, "A built-in scene (list scenes)")->required();
+    app.add_option("SCENE", viewer.scene, "A built-in scene (list scenes), or a .gltf or .glb file")->required();
+    add_text(app, "--animation", viewer.animation, "Of a model: name or number, none for its pose at rest");
+    app.add_flag("--no-ground", viewer.no_ground, "A model without the ground below it");
     add_text(app, "--effects", viewer.chain.effects,
              "Effects that are on at the start, left to right (default: those that the scene is made for)");
     add_chain_options(app, viewer.chain, viewer.save_config);

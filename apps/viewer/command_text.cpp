@@ -58,6 +58,10 @@ std::string Model::command_line(Extent extent, const std::string& output) const 
             }
     std::string text = fmt::format("sfumato render {} --frames {} --size {}x{}", shell_word(scene_name), frame_,
                                    extent.width, extent.height);
+    if (!scene_options.animation.empty())
+        text += " --animation " + shell_word(scene_options.animation);
+    if (scene_options.no_ground)
+        text += " --no-ground";
     if (samples != 2)
         text += fmt::format(" --samples {}", samples);
     if (wanted.viewpoint)

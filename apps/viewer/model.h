@@ -3,6 +3,7 @@
 #pragma once
 
 #include "apps/cli/effect_chain.h"
+#include "apps/cli/render_scene.h"
 #include "apps/viewer/camera_rig.h"
 #include "scene/scene_source.h"
 
@@ -127,6 +128,7 @@ class Model {
     std::string command_line(Extent extent, const std::string& output) const;
 
     std::string scene_name;
+    cli::SceneOptions scene_options; // what else was said of the scene
     scene::SceneInfo info;
     scene::Bounds bounds;
 

@@ -1,13 +1,9 @@
 // Scenes by name or path, as `sfumato render` finds them.
 #include "apps/viewer/open_scene.h"
 
-#include "apps/cli/render_scene.h"
-
 namespace sfumato::viewer {
 
-Result<SceneOpener> choose_scene(const std::string& name) {
-    cli::SceneOptions options;
-    options.scene = name;
+Result<SceneOpener> choose_scene(const cli::SceneOptions& options) {
     auto choice = cli::choose_scene(options);
     if (!choice)
         return choice.error();

@@ -56,6 +56,12 @@ Result<void> PictureRenderer::make_images(const PictureRequest& request) {
         images[name] = std::move(*image);
     }
     images_ = std::move(images);
+    if (cli::chain_uses(chain_, "shadow_map") && source_->has_sun_map() && !sun_map_.extent()) {
+        auto map = device_.create_image(cli::float_format(1), {cli::sun_map_side, cli::sun_map_side});
+        if (!map)
+            return as_device(map.error());
+        sun_map_ = std::move(*map);
+    }
     return {};
 }
 
@@ -103,13 +109,18 @@ Result<void> PictureRenderer::render(const PictureRequest& request, int frame, u
     for (const auto& [name, one] : images_)
         roles[name] = one.image();
     roles["normals"] = image("normal");
+    roles["shadow_map"] = sun_map_.image();
     Frame facts = source_->frame_facts(frame, extent_);
     facts.index = index;
     auto commands = device_.begin();
     if (!commands)
         return as_device(commands.error());
-    if (auto recorded = source_->record(*commands, frame, options, images, count_++); !recorded)
+    if (auto recorded = source_->record(*commands, frame, options, images, count_); !recorded)
         return recorded.error();
+    if (sun_map_.extent())
+        if (auto recorded = source_->record_sun_map(*commands, frame, sun_map_.image(), count_); !recorded)
+            return recorded.error();
+    ++count_;
     if (auto recorded = runner_->record(*commands, facts, roles); !recorded)
         return recorded.error();
     frame_ = frame;

@@ -55,6 +55,7 @@ class PictureRenderer {
     cli::EffectChain chain_; // the runner looks at the links here
     std::unique_ptr<cli::EffectRunner> runner_;
     std::map<std::string, apps::HostImage> images_; // of the scene, by pass
+    apps::HostImage sun_map_;                       // where an effect asks for one and the scene has it
     apps::HostImage frozen_;
     std::string structure_;
     Extent extent_;

@@ -205,7 +205,12 @@ Result<void> run_viewer(const ViewerOptions& options, const std::function<void(c
     auto model = Model::create(options.chain);
     if (!model)
         return model.error();
-    auto open = choose_scene(options.scene);
+    cli::SceneOptions scene;
+    scene.scene = options.scene;
+    scene.animation = options.animation;
+    scene.no_ground = options.no_ground;
+    model->scene_options = scene;
+    auto open = viewer::choose_scene(scene);
     if (!open)
         return open.error();
     if (!options.save_config.empty())

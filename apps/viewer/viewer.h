@@ -12,7 +12,9 @@
 namespace sfumato::viewer {
 
 struct ViewerOptions {
-    std::string scene;
+    std::string scene;     // a name, or the path of a .gltf or .glb
+    std::string animation; // of a model: name, number or `none`; "": the first
+    bool no_ground = false;
     cli::ChainOptions chain;
     std::string save_config; // written once the effects are known
     std::string device;

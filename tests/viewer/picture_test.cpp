@@ -16,7 +16,7 @@ class ViewerPicture : public testing::Test {
         auto device = apps::Device::create(options);
         ASSERT_TRUE(device) << device.error().message;
         device_ = std::move(*device);
-        const auto open = choose_scene("still");
+        const auto open = choose_scene({.scene = "still"});
         ASSERT_TRUE(open);
         auto renderer = PictureRenderer::create(*device_, *open);
         ASSERT_TRUE(renderer) << renderer.error().message;
