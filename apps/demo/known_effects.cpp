@@ -57,6 +57,23 @@ const std::vector<KnownEffect> table = {
      .figures = {{"rmse", "RMSE all", "", 4}, {"rmse_occluded", "RMSE occluded", "", 4}, {"bias", "bias", "", 4}},
      .figures_text = "Errors are those of visibility, 1 open to 0 blocked, over all pixels and over those that are "
                      "occluded. Bias below 0: too dark."},
+    {.name = "particles",
+     .text = "Particles are simulated, sorted, shadowed and drawn on the device. They shadow themselves and the floor, "
+             "and the columns shadow them. `sfumato-bench particles` holds the picture against brute force.",
+     .scenes = {{"smoke-columns",
+                 "Look at the shadow of the smoke on the floor, and at the bar that swings in it.",
+                 {}}},
+     .pictures = {},
+     .presets_heading = "",
+     .truths = {},
+     .views = {{"order", "The order of drawing, from the first to the last.", ""},
+               {"slices", "The layer or slice of the shadow buffer that each particle is in.", ""},
+               {"shadow", "Optical depth from the light through the whole shadow buffer.", ""},
+               {"tiles", "How many particles touch each tile.", ""}},
+     .figures = {},
+     .figures_text = "",
+     .usual = "low",
+     .for_gpus = {"explosion", "high", "ultra"}},
 };
 
 } // namespace

@@ -35,6 +35,8 @@ struct KnownEffect {
     std::vector<KnownView> views;
     std::vector<Figure> figures;
     std::string figures_text;
+    std::string usual = {};                 // preset of views and of the first comparison; "": high, or the first
+    std::vector<std::string> for_gpus = {}; // presets that take minutes on a software device, and are left out there
 };
 
 // An empty entry for an effect that is not in the table.

@@ -96,6 +96,7 @@ Json find_device(const Settings& settings) {
 
 // Sizes and counts that keep the run short on software, and make use of a GPU.
 void choose_effort(Settings& settings, bool is_software) {
+    settings.is_software = is_software;
     const std::string size = settings.is_quick ? "96x54" : is_software ? "320x180" : "640x360";
     if (settings.size.empty())
         settings.size = size;

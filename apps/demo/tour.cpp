@@ -41,11 +41,18 @@ class Planner {
         for (const Json& preset : lists.presets)
             if (text_at(preset, "effect") == name_)
                 all_presets_.push_back(preset);
+        const auto is_too_much = [&](const Json& preset) {
+            return settings.is_software &&
+                   std::ranges::find(known_.for_gpus, text_at(preset, "name")) != known_.for_gpus.end();
+        };
         for (const Json& preset : all_presets_)
-            if (text_at(preset, "name") == "high" || usual_.empty())
+            if (!is_too_much(preset) &&
+                (text_at(preset, "name") == known_.usual || text_at(preset, "name") == "high" || usual_.empty()))
                 usual_ = text_at(preset, "name");
         for (const Json& preset : all_presets_)
-            if (!settings.is_quick || presets_.empty() || text_at(preset, "name") == usual_ || has_history(preset))
+            if (is_too_much(preset))
+                continue;
+            else if (!settings.is_quick || presets_.empty() || text_at(preset, "name") == usual_ || has_history(preset))
                 presets_.push_back(preset);
     }
 

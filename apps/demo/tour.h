@@ -21,6 +21,7 @@ struct Settings {
     int sub_frames = 0, rays = 0; // of ground truth
     int timed_frames = 0;         // 0: as many, and as long a warm-up, as the bench finds right
     bool is_quick = false;        // few presets, views and scenes: for a first look, and for tests
+    bool is_software = false;     // the device: what takes it minutes is left out
 };
 
 // What the programs say that there is.
