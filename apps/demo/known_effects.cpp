@@ -59,9 +59,9 @@ const std::vector<KnownEffect> table = {
                      "occluded. Bias below 0: too dark."},
     {.name = "particles",
      .text = "Particles are simulated, sorted, shadowed and drawn on the device. They shadow themselves and the floor, "
-             "and the columns shadow them. `sfumato-bench particles` holds the picture against brute force.",
+             "and the columns shadow them. The command sfumato-bench particles holds the picture against brute force.",
      .scenes = {{"smoke-columns",
-                 "Look at the shadow of the smoke on the floor, and at the bar that swings in it.",
+                 "Look at the shadow of the smoke on the floor, and at the ball that swings through it.",
                  {}}},
      .pictures = {},
      .presets_heading = "",
