@@ -10,7 +10,7 @@
 namespace sfumato::bench {
 namespace {
 
-constexpr VkFormat format = VK_FORMAT_R32G32B32A32_SFLOAT;
+constexpr VkFormat texel_format = VK_FORMAT_R32G32B32A32_SFLOAT;
 constexpr int dispatches = 64;
 constexpr int copies = 4;
 
@@ -108,9 +108,9 @@ Result<double> transfer_time(Rig& rig, const Image& source, const Image& target)
 
 Result<Machine> measure_machine(Rig& rig) {
     const Extent extent = copy_extent(rig);
-    auto source = rig.device().create_image(format, extent);
-    auto target = rig.device().create_image(format, extent);
-    auto small = rig.device().create_image(format, {1, 1});
+    auto source = rig.device().create_image(texel_format, extent);
+    auto target = rig.device().create_image(texel_format, extent);
+    auto small = rig.device().create_image(texel_format, {1, 1});
     for (const auto* image : {&source, &target, &small})
         if (!*image)
             return image->error();

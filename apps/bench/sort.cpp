@@ -21,7 +21,7 @@ constexpr uint32_t row = 4096; // as in sort.comp
 
 using Words = std::vector<uint32_t>;
 
-struct Block {
+struct BuildingBlock {
     std::string name; // "sort", "prefix sum", "compaction"
     uint32_t bits = 0;
     uint64_t bytes = 0; // that move, at least
@@ -31,7 +31,7 @@ struct Block {
 };
 
 struct Row {
-    const Block* block;
+    const BuildingBlock* block;
     uint32_t count;
     bool subgroups;
     double milliseconds = 0.0; // median of the whole less that of making the input
@@ -69,7 +69,7 @@ Words hashes(uint32_t count, uint32_t mask) {
     return words;
 }
 
-Block sort_block(uint32_t count, uint32_t bits, bool indices) {
+BuildingBlock sort_block(uint32_t count, uint32_t bits, bool indices) {
     const auto plan = [=](Planner& planner, bool with_block) -> std::vector<ResourceId> {
         const ResourceId keys = make(planner, "keys", count, 0, 0, ~0u);
         const ResourceId values = indices ? no_resource : make(planner, "values", count, 0, ~0u, 0);
@@ -98,7 +98,7 @@ Block sort_block(uint32_t count, uint32_t bits, bool indices) {
     return {fmt::format("sort, {} bits", bits), bits, bytes, plan, expected};
 }
 
-Block sum_block(uint32_t count) {
+BuildingBlock sum_block(uint32_t count) {
     constexpr uint32_t mask = 255;
     const auto plan = [=](Planner& planner, bool with_block) -> std::vector<ResourceId> {
         const ResourceId numbers = make(planner, "numbers", count, 0, 0, mask);
@@ -117,7 +117,7 @@ Block sum_block(uint32_t count) {
     return {"prefix sum", 0, uint64_t{12} * count, plan, expected};
 }
 
-Block compaction_block_of(uint32_t count) {
+BuildingBlock compaction_block_of(uint32_t count) {
     const auto plan = [=](Planner& planner, bool with_block) -> std::vector<ResourceId> {
         const ResourceId flags = make(planner, "flags", count, 0, 0, 1);
         const DeviceCount counted = make_count(planner, count);
@@ -138,7 +138,7 @@ Block compaction_block_of(uint32_t count) {
 // The executor of one plan, and everything that it uses.
 class Runner {
   public:
-    static Result<std::unique_ptr<Runner>> create(Rig& rig, const Block& block, bool with_block, bool subgroups,
+    static Result<std::unique_ptr<Runner>> create(Rig& rig, const BuildingBlock& block, bool with_block, bool subgroups,
                                                   uint32_t frames_in_flight, bool timestamps) {
         std::unique_ptr<Runner> runner(new Runner);
         auto context = rig.create_context(frames_in_flight, timestamps, subgroups);
@@ -168,7 +168,8 @@ class Runner {
 };
 
 // Runs the block once and compares every word of its results.
-Result<void> check(Rig& rig, const Block& block, const std::vector<Words>& expected, uint32_t count, bool subgroups) {
+Result<void> check(Rig& rig, const BuildingBlock& block, const std::vector<Words>& expected, uint32_t count,
+                   bool subgroups) {
     auto context = rig.create_context(1, false, subgroups);
     if (!context)
         return context.error();
@@ -216,8 +217,8 @@ Result<void> check(Rig& rig, const Block& block, const std::vector<Words>& expec
     return {};
 }
 
-Result<Statistics> time_plan(Rig& rig, const Block& block, bool with_block, bool subgroups, const TimingOptions& timing,
-                             uint64_t* held) {
+Result<Statistics> time_plan(Rig& rig, const BuildingBlock& block, bool with_block, bool subgroups,
+                             const TimingOptions& timing, uint64_t* held) {
     auto runner = Runner::create(rig, block, with_block, subgroups, 2 * timing.batch, false);
     if (!runner)
         return runner.error();
@@ -228,7 +229,7 @@ Result<Statistics> time_plan(Rig& rig, const Block& block, bool with_block, bool
     return time;
 }
 
-Result<Row> measure(Rig& rig, const Options& options, const Block& block, uint32_t count, bool subgroups,
+Result<Row> measure(Rig& rig, const Options& options, const BuildingBlock& block, uint32_t count, bool subgroups,
                     double warm_up) {
     Row result{&block, count, subgroups, 0.0, {}, {}, {}, 0};
     TimingOptions timing = timing_options(options, rig, warm_up);
@@ -325,8 +326,8 @@ std::vector<uint32_t> counts_of(const Options& options, const Rig& rig) {
     return counts;
 }
 
-std::vector<Block> blocks_of_count(const Options& options, uint32_t count) {
-    std::vector<Block> blocks;
+std::vector<BuildingBlock> blocks_of_count(const Options& options, uint32_t count) {
+    std::vector<BuildingBlock> blocks;
     for (const uint32_t bits : options.bits)
         blocks.push_back(sort_block(count, bits, options.sorts_indices));
     blocks.push_back(sum_block(count));
@@ -341,12 +342,12 @@ Result<void> measure_sort(Rig& rig, const Options& options, const Output& output
     if (!machine)
         return machine.error();
     output.print(header_text("sort", rig) + machine_text(*machine) + "\n");
-    std::vector<std::vector<Block>> blocks; // by count; rows point at them
+    std::vector<std::vector<BuildingBlock>> blocks; // by count; rows point at them
     for (const uint32_t count : counts_of(options, rig))
         blocks.push_back(blocks_of_count(options, count));
     std::vector<Row> rows;
     for (size_t i = 0; i < blocks.size(); ++i)
-        for (const Block& block : blocks[i]) {
+        for (const BuildingBlock& block : blocks[i]) {
             const uint32_t count = counts_of(options, rig)[i];
             const std::vector<Words> expected = block.expected();
             for (const bool subgroups : {false, true}) {

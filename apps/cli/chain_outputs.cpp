@@ -13,10 +13,6 @@ namespace {
 
 constexpr std::string_view colour_output = "output"; // the role of every effect that changes the picture
 
-bool contains(const std::vector<std::string>& list, std::string_view name) {
-    return std::ranges::find(list, name) != list.end();
-}
-
 const ImageRole* find_role(const EffectInfo& effect, std::string_view name) {
     const auto found = std::ranges::find_if(effect.images, [&](const ImageRole& role) { return name == role.name; });
     return found == effect.images.end() ? nullptr : &*found;

@@ -9,6 +9,10 @@
 
 namespace sfumato::cli {
 
+bool contains(const std::vector<std::string>& list, std::string_view name) {
+    return std::ranges::find(list, name) != list.end();
+}
+
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates) {
     const std::string near = nearest_name(name, candidates);
     return near.empty() ? "" : fmt::format("; did you mean '{}'?", near);

@@ -55,6 +55,8 @@ std::string parameters_text(const ChainLink& link);
 // Reads [effect] tables into the links that they name.
 Result<void> load_config(EffectChain& chain, const std::filesystem::path& path);
 
+bool contains(const std::vector<std::string>& list, std::string_view name);
+
 // "; did you mean 'x'?" or "".
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates);
 std::vector<std::string> effect_names();

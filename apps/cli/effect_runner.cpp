@@ -24,14 +24,6 @@ std::string channel_name(const EffectInfo& effect, const ImageRole& role) {
     return name == "bent_normal" || name == "soft_shadow" ? std::string(name) : fmt::format("{}.{}", effect.name, name);
 }
 
-namespace {
-
-bool contains(const std::vector<std::string>& list, std::string_view name) {
-    return std::ranges::find(list, name) != list.end();
-}
-
-} // namespace
-
 Result<std::unique_ptr<EffectRunner>> EffectRunner::create(apps::Device& device, const EffectChain& chain,
                                                            uint32_t frames_in_flight) {
     ContextInfo info = device.context_info();

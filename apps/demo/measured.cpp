@@ -52,7 +52,7 @@ std::string size_text(const Json& rows) {
 }
 
 // A wide table scrolls in its own box, which a keyboard can reach.
-std::string table(const std::string& caption, const std::string& head, const std::string& body) {
+std::string table_html(const std::string& caption, const std::string& head, const std::string& body) {
     return fmt::format("<div class=\"scroll\" role=\"region\" aria-label=\"{0}\" tabindex=\"0\">\n<table><caption>{0}"
                        "</caption>\n<thead>{1}</thead>\n<tbody>{2}</tbody></table></div>\n",
                        escaped(caption), head, body);
@@ -96,8 +96,8 @@ std::string error_table(const EffectTour& effect) {
         }
         body += "</tr>\n";
     }
-    return table(fmt::format("{}: error against ground truth at {}", effect.title, size_text(rows)),
-                 scenes + "</tr>\n" + names + "</tr>", body);
+    return table_html(fmt::format("{}: error against ground truth at {}", effect.title, size_text(rows)),
+                      scenes + "</tr>\n" + names + "</tr>", body);
 }
 
 // One row a preset, one column a pass; a pass that runs several times in a frame is summed.
@@ -127,7 +127,7 @@ std::string time_table(const EffectTour& effect) {
         body += fmt::format("<td>{}</td></tr>\n", fixed(bytes / (1024.0 * 1024.0), 2));
     }
     const std::string scene = rows.empty() ? "" : text_at(rows[0], "scene");
-    return table(fmt::format("{}: milliseconds on {} at {}", effect.title, scene, size_text(rows)), head, body);
+    return table_html(fmt::format("{}: milliseconds on {} at {}", effect.title, scene, size_text(rows)), head, body);
 }
 
 // Means over the scenes where the figure is known.

@@ -8,6 +8,12 @@
 namespace sfumato::test {
 namespace {
 
+constexpr const char* motion_looks[] = {
+    "frame_rate_mode=fixed reference_frame_rate=30",
+    "dilation=selective test_edge_neighbours=true",
+    "weighting=talk weight_centre=1 weight_foreground=1 weight_background=1 weight_mutual=1",
+};
+
 // Everything that is on only now and then, under a radius that the fixture's bar and post lie within.
 constexpr const char* occlusion_looks[] = {
     "radius=5 temporal=true animate_noise=true",
@@ -20,15 +26,15 @@ constexpr const char* occlusion_looks[] = {
 // In front of the fixture's camera, where its wall and bar are in the way.
 constexpr const char* particle_looks[] = {
     "attractor_strength=5 attractor_y=1 attractor_z=-3 wind_x=1 wind_y=0.5 wind_z=-2",
-    "direction_elevation=10 direction_azimuth=170 speed=6 bounce=0.5 lifetime=1 burst=800",
-    "emission=20 phase=0.5 burst=1000 time_scale=0.3 dilution=1",
+    "direction_elevation=10 direction_azimuth=170 speed=6 collision=depth bounce=0.5 friction=0.5 lifetime=1 burst=800",
+    "emission=20 emission_time=0.3 phase=0.5 burst=1000 time_scale=0.3 dilution=1",
     "mode=half-angle scattering_blur=0.1 scattering_octaves=3 slices=16",
-    "emitter=box emitter_size=1 radius_end=1 soft_distance=1 near_fade=4 extinction=10 pairs_per_particle=1",
+    "emitter=box emitter_size=1 radius_end=1 count=1000 burst=1000 soft_distance=1 near_fade=4 pairs_per_particle=1",
 };
 
 constexpr EffectFacts facts[] = {
     // Two tiles of 32 and the jitter of the tile lookup.
-    {"motion-blur", 80, {}},
+    {"motion-blur", 80, motion_looks},
     {"ambient-occlusion", 128, occlusion_looks},
     {"particles", 128, particle_looks, "position_y=-1 position_z=-4 count=1500 rate=600 burst=200 warm_up=0.5",
      "count=2000 burst=2000 rate=4000 warm_up=1 shadow_resolution=128"},
@@ -244,6 +250,7 @@ std::vector<EffectTest::Look> EffectTest::special_looks() const {
     std::vector<Look> result;
     for (const char* settings : effect_facts(effect()).looks) {
         result.emplace_back(settings, defaults());
+        apply_settings(result.back().second, effect_facts(effect()).settings);
         apply_settings(result.back().second, settings);
     }
     return result;

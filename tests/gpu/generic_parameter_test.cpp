@@ -101,11 +101,14 @@ class GenericParameter : public EffectTest {
 };
 
 TEST_P(GenericParameter, every_parameter_matters) {
-    // The looks as they are before anything is varied: they are likely to have been made with the parameter.
+    // The looks as they are before anything is varied, those first that name the parameter: made to show it.
     std::vector<Look> tried = {{"default", defaults()}};
     for (const std::vector<Look>& more : {special_looks(), looks()})
         tried.insert(tried.end(), more.begin(), more.end());
     for (const ParameterInfo& info : effect().parameters->parameters) {
+        const std::string assignment = std::string(info.name) + "=";
+        std::stable_partition(tried.begin(), tried.end(),
+                              [&](const Look& look) { return look.first.find(assignment) != std::string::npos; });
         bool found =
             std::any_of(tried.begin(), tried.end(), [&](const Look& look) { return matters(info, look.second); });
         for (size_t i = 0; i < tried.size() && !found; ++i)
