@@ -23,7 +23,8 @@ struct EffectFacts {
     // Settings, "name=value name=value", under which parameters matter that the default and the presets leave without
     // effect. What no look shows is searched for blindly, which takes minutes.
     std::span<const char* const> looks;
-    // Set in every look, after its preset and before its own; and what stands for a parameter's maximum where that would take too long.
+    // Set in every look, after its preset and before its own; and what stands for a parameter's maximum where that
+    // would take too long.
     const char* settings = "";
     const char* maxima = "";
 };
