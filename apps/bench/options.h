@@ -34,6 +34,7 @@ struct Options {
     std::string json;
     RigOptions rig;
     std::vector<int> particle_counts; // of particles; none: by the device
+    double footprint = 16.0;          // of particles that are timed, pixels across on the mean
     std::string part = "all";         // of particles: "quality", "times"
     double budget_ms = 0.0;
     uint64_t seed = 1;

@@ -1,5 +1,5 @@
 // Times of particles by their number: a ball of simulated particles over half of the picture, as large as makes their
-// mean footprint 16 pixels, so that only the number changes from row to row.
+// mean footprint what the options say, so that only the number changes from row to row.
 #include "apps/bench/particles.h"
 
 #include "scene/particle_truth.h"
@@ -37,7 +37,8 @@ Result<Images> make_images(Rig& rig, Extent extent) {
 }
 
 // All are born at once and hang still: the simulation's work is done all the same.
-ParticleVolumeParameters ball(int count, Extent extent, ParticleMode mode, ParticleResolution resolution) {
+ParticleVolumeParameters ball(int count, Extent extent, ParticleMode mode, ParticleResolution resolution,
+                              double footprint) {
     ParticleVolumeParameters p;
     const double pixels = focal * extent.height / distance; // that a scene unit takes
     const double half = 0.5 * extent.width * extent.height; // of the picture is covered
@@ -49,10 +50,13 @@ ParticleVolumeParameters ball(int count, Extent extent, ParticleMode mode, Parti
     p.warm_up = 0.0f;
     p.lifetime = 1000.0f;
     p.fade_in = p.fade_out = 0.0f;
-    p.radius_start = p.radius_end = static_cast<float>(8.0 / pixels);
+    p.radius_start = p.radius_end = static_cast<float>(0.5 * footprint / pixels);
     // Optical depth through the ball stays 6, however many there are.
-    const double area = static_cast<double>(count) * 64.0 * 3.14159265 / half;
+    const double area = static_cast<double>(count) * 0.25 * footprint * footprint * 3.14159265 / half;
     p.extinction = static_cast<float>(6.0 / (area * 4.0 / 3.0 * double{p.radius_start}));
+    // Tiles of 16 pixels that a disc touches.
+    const double tiles = footprint / 16.0 + 1.0;
+    p.pairs_per_particle = std::max(p.pairs_per_particle, static_cast<int>(tiles * tiles));
     p.sort_bits = ParticleSortBits::bits_16;
     p.mode = mode;
     p.layers = 32;
@@ -150,7 +154,7 @@ Result<Json> measure_particle_times(Rig& rig, const Options& options, const Outp
         for (const auto mode : {ParticleMode::light_volume, ParticleMode::half_angle})
             for (const auto resolution : {ParticleResolution::full, ParticleResolution::half}) {
                 output.progress("particles: " + std::to_string(count));
-                const auto result = run(rig, ball(count, extent, mode, resolution), extent, frames);
+                const auto result = run(rig, ball(count, extent, mode, resolution, options.footprint), extent, frames);
                 if (!result)
                     return result.error();
                 const Statistics total = statistics(result->totals);
@@ -180,9 +184,10 @@ Result<Json> measure_particle_times(Rig& rig, const Options& options, const Outp
                                 {"ms", statistics_json(total)},
                                 {"passes", passes}});
             }
-    output.print("Time, " + std::to_string(extent.width) + "x" + std::to_string(extent.height) +
-                 ": simulation, sorting, shadows, drawing; the sum of all passes\n" + table.text() + details);
-    return Json{{"extent", {extent.width, extent.height}}, {"rows", rows}};
+    output.print("Time, " + std::to_string(extent.width) + "x" + std::to_string(extent.height) + ", particles " +
+                 fixed(options.footprint, 0) +
+                 " px across: simulation, sorting, shadows, drawing; the sum of all passes\n" + table.text() + details);
+    return Json{{"extent", {extent.width, extent.height}}, {"footprint", options.footprint}, {"rows", rows}};
 }
 
 Result<void> measure_particles(Rig& rig, const Options& options, const Output& output) {
