@@ -1,29 +1,60 @@
-// Optical depth between a light and a place, read from the light's summed layers.
+// Optical depth between a light and a place, read from the faces behind the light's layers.
 
-float layer_texel(uint start, ivec2 texel) {
-    const ivec2 at = clamp(texel, ivec2(0), ivec2(constants.side) - 1);
-    return float(volume.data[start + uint(at.y) * constants.side + uint(at.x)]);
+// Both faces of one layer at a place.
+struct Layer {
+    vec2 start, end; // optical depth from the light, and its slope by the layer
+};
+
+// The four texels around a place, as the numbers of their first four faces.
+struct Texels {
+    uvec4 faces;
+    vec2 part; // how far the place is from the first to the last of them
+};
+
+// `texel` in texels. Outside the buffer nothing is found: its rim is empty.
+Texels texels_around(uint light, vec2 texel) {
+    const vec2 corner = clamp(texel, vec2(-1), vec2(float(constants.side) + 1.0)) - 0.5;
+    const ivec2 first = ivec2(floor(corner)), last = ivec2(constants.side) - 1;
+    const uvec2 low = uvec2(clamp(first, ivec2(0), last)), high = uvec2(clamp(first + 1, ivec2(0), last));
+    const uvec2 rows = uvec2(low.y, high.y) * constants.side;
+    return Texels(uvec4(faces_of(light, rows.x + low.x), faces_of(light, rows.x + high.x),
+                        faces_of(light, rows.y + low.x), faces_of(light, rows.y + high.x)),
+                  corner - vec2(first));
 }
 
-// `texel` in texels; layer -1 is in front of everything. 0 outside the buffer: its rim is empty.
-float summed_layer(uint light, int layer, vec2 texel) {
-    if (layer < 0)
-        return 0.0;
-    const uint start = (light * constants.layers + uint(layer)) * constants.side * constants.side;
-    const vec2 corner = clamp(texel, vec2(-1), vec2(float(constants.side) + 1.0)) - 0.5;
-    const ivec2 first = ivec2(floor(corner));
-    const vec2 part = corner - vec2(first);
-    const float upper = mix(layer_texel(start, first), layer_texel(start, first + ivec2(1, 0)), part.x);
-    const float lower = mix(layer_texel(start, first + ivec2(0, 1)), layer_texel(start, first + ivec2(1, 1)), part.x);
-    return mix(upper, lower, part.y) * uintBitsToFloat(facts.data[fact_unit]);
+// The curves between faces are linear in what the faces hold, so to interpolate that between texels is to interpolate
+// the texels' own curves.
+vec2 between(Texels at, vec2 a, vec2 b, vec2 c, vec2 d) {
+    return mix(mix(a, b, at.part.x), mix(c, d, at.part.x), at.part.y);
+}
+
+// One component of four faces.
+vec2 face(Texels at, uint quad, uint component) {
+    const uvec4 faces = at.faces + quad * constants.area;
+    return between(at, unpack_face(volume.data[faces.x][component]), unpack_face(volume.data[faces.y][component]),
+                   unpack_face(volume.data[faces.z][component]), unpack_face(volume.data[faces.w][component]));
 }
 
 // Slices: everything in the layers before this one, as the document's alternation of picture and shadow buffer has it.
-float depth_before_layer(uint light, vec2 texel, uint layer) { return summed_layer(light, int(layer) - 1, texel); }
+float depth_before_layer(uint light, vec2 texel, uint layer) {
+    return layer == 0u ? 0.0 : face(texels_around(light, texel), (layer - 1u) / 4u, (layer - 1u) % 4u).x;
+}
 
-// Slope of a curve that never falls, where it rises by `before` up to a point and by `after` from it on (the harmonic
-// mean of Fritsch and Butland, 1984): level where one of them is level, so that the curve does not overshoot.
-float slope_between(float before, float after) { return before * after > 0.0 ? 2.0 * before * after / (before + after) : 0.0; }
+// Faces are read by fours: mostly both of a layer at once. Nothing is before the first.
+Layer layer_at(uint light, vec2 texel, uint layer) {
+    const Texels at = texels_around(light, texel);
+    const uvec4 faces = at.faces + layer / 4u * constants.area;
+    const uvec4 a = volume.data[faces.x], b = volume.data[faces.y], c = volume.data[faces.z], d = volume.data[faces.w];
+    const uint i = layer % 4u;
+    Layer found;
+    found.end = between(at, unpack_face(a[i]), unpack_face(b[i]), unpack_face(c[i]), unpack_face(d[i]));
+    if (i != 0u)
+        found.start = between(at, unpack_face(a[i - 1u]), unpack_face(b[i - 1u]), unpack_face(c[i - 1u]),
+                              unpack_face(d[i - 1u]));
+    else
+        found.start = layer == 0u ? vec2(0) : face(at, layer / 4u - 1u, 3u);
+    return found;
+}
 
 struct DepthAlong {
     float depth; // optical, from the light
@@ -34,15 +65,12 @@ struct DepthAlong {
 // only begins in the layer.
 DepthAlong depth_at(uint light, LightSpace space, vec2 texel, float along) {
     const float at = clamp((along - space.first) / space.spacing, 0.0, float(constants.layers));
-    const int layer = int(min(at, float(constants.layers) - 1.0)), last = int(constants.layers) - 1;
-    const float t = at - float(layer);
-    const float start = summed_layer(light, layer - 1, texel);
-    const float rise = summed_layer(light, layer, texel) - start;
-    const float rise_before = start - summed_layer(light, layer - 2, texel);
-    const float rise_after = layer < last ? summed_layer(light, layer + 1, texel) - start - rise : 0.0;
-    const float slope_start = slope_between(rise_before, rise), slope_end = slope_between(rise, rise_after);
-    const float part = t * t * (3.0 - 2.0 * t) * rise + t * (1.0 - t) * ((1.0 - t) * slope_start - t * slope_end);
-    return DepthAlong(start + part, rise > 0.0 ? clamp(part / rise, 0.0, 1.0) : 0.0);
+    const uint number = uint(min(at, float(constants.layers) - 1.0));
+    const float t = at - float(number);
+    const Layer layer = layer_at(light, texel, number);
+    const float rise = layer.end.x - layer.start.x;
+    const float part = t * t * (3.0 - 2.0 * t) * rise + t * (1.0 - t) * ((1.0 - t) * layer.start.y - t * layer.end.y);
+    return DepthAlong(layer.start.x + part, rise > 0.0 ? clamp(part / rise, 0.0, 1.0) : 0.0);
 }
 
 // A particle's own share of what is read at a place: that of the four texels it is interpolated from.
@@ -55,14 +83,7 @@ float own_depth(Footprint f, vec2 texel, float factor) {
 }
 
 // What the particle's chords on few texels were multiplied by.
-float own_factor(Footprint f) {
-    if (f.radius >= exact_radius)
-        return 1.0;
-    float chords = 0.0;
-    for (int column = 0; column < 8; ++column)
-        chords += column_sum(f, column);
-    return mass_factor(f, chords);
-}
+float own_factor(Footprint f) { return f.radius >= exact_radius ? 1.0 : mass_factor(f, chord_sum(f)); }
 
 // For a particle: it does not shadow itself, though its layer holds it.
 float depth_before(uint light, LightSpace space, Footprint f, vec2 texel, float along, float own) {
