@@ -99,10 +99,12 @@ vec3 light_left(vec3 position) {
     const LightSpace space = space_of(0u);
     const vec3 place = light_space(constants.light_0, position);
     const vec2 texel = (place.xy - space.corner) / space.texel;
-    // Slices are no layers along the light: as in the document, what is not before them all is behind them all.
-    const float depth = !by_rank                ? depth_at(0u, space, texel, place.z).depth
-                        : place.z > space.first ? depth_before_layer(0u, texel, constants.layers)
-                                                : 0.0;
+    if (by_rank) // slices are no layers along the light: as in the document, what is not before them all is behind them all
+        return place.z > space.first ? exp(-constants.shadow_colour.rgb * depth_before_layer(0u, texel, constants.layers))
+                                     : vec3(1);
+    // Half a row up and half a row down take as much of even as of odd rows, whose layers differ: no stripes on surfaces.
+    const vec2 half_row = vec2(0, 0.5);
+    const float depth = 0.5 * (depth_at(0u, space, texel - half_row, place.z) + depth_at(0u, space, texel + half_row, place.z));
     return exp(-constants.shadow_colour.rgb * depth);
 }
 

@@ -47,7 +47,7 @@ struct ParticleDrawConstants {
     uint step_layer; // or the number of layers after the last
     uint area;       // words of a layer in the shadow buffer: its texels, rounded up to a multiple of four
     uint planes;     // layers that there is room for: rounded up likewise
-    uint padding_0;
+    float row_shift; // of the layers in every second row of texels, by the layer
 };
 
 #ifdef __cplusplus

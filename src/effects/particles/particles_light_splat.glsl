@@ -51,20 +51,20 @@ void main() {
             if (!alive)
                 continue;
             const uint slice = (live + constants.layers - 1u) / constants.layers; // the last slice may hold fewer: none is left out
-            const uint layer = by_rank && light == 0u
-                                   ? rank / max(slice, 1u)
-                                   : uint(clamp((place.z - space.first) / space.spacing, 0.0, float(constants.layers) - 1.0));
-            const uint start = layer_start(light, layer);
             const ivec2 first = max(ivec2(floor(f.middle - f.radius - 0.5)) + 1, ivec2(0));
             const ivec2 last = min(ivec2(floor(f.middle + f.radius - 0.5)), ivec2(constants.side) - 1);
             const float units = f.depth / uintBitsToFloat(facts.data[fact_unit]);
             const uint columns = last.x - first.x > 3 ? 8u : last.x - first.x > 1 ? 4u : 2u;
-            for (int y = first.y + int(lane / columns); y <= last.y; y += int(lanes / columns))
+            for (int y = first.y + int(lane / columns); y <= last.y; y += int(lanes / columns)) {
+                const float layers = clamp(layers_along(space, uint(y), place.z), 0.0, float(constants.layers) - 1.0);
+                const uint layer = by_rank && light == 0u ? rank / max(slice, 1u) : uint(layers);
+                const uint start = layer_start(light, layer) + uint(y) * constants.side;
                 for (int x = first.x + int(lane % columns); x <= last.x; x += int(columns)) {
                     const uint value = uint(units * footprint_chord(f, vec2(x, y) + 0.5) + 0.5);
                     if (value != 0u)
-                        atomicAdd(volume.data[start + uint(y) * constants.side + uint(x)], value);
+                        atomicAdd(volume.data[start + uint(x)], value);
                 }
+            }
         }
     }
 }

@@ -30,10 +30,12 @@ Layers read_layers(uint start, uint first, inout uvec4 sums, out uvec4 depths[4]
     return found;
 }
 
-// Slope of a curve that never falls, where it rises by `before` up to a point and by `after` from it on (the harmonic
-// mean of Fritsch and Butland, 1984): level where one of them is level, so that the curve does not overshoot.
-vec4 slope_between(vec4 before, vec4 after) {
-    return mix(vec4(0), 2.0 * before * after / (before + after), greaterThan(before * after, vec4(0)));
+// Slope between the second and the third of four layers, given what optical depth rises by in each: exact for cubics,
+// but such that the curve neither falls nor overshoots (Fritsch and Carlson, 1980: three times the smaller rise). It is
+// level where a layer beside it is empty.
+vec4 slope_between(vec4 a, vec4 b, vec4 c, vec4 d) {
+    const vec4 most = 3.0 * min(b, c);
+    return clamp((7.0 * (b + c) - a - d) / 12.0, vec4(0), max(most, vec4(0)));
 }
 
 void main() {
@@ -45,12 +47,16 @@ void main() {
     const float unit = uintBitsToFloat(facts.data[fact_unit]);
     uvec4 sums = uvec4(0), depths[4], next_depths[4];
     Layers here = read_layers(start, 0u, sums, depths);
+    vec4 before = vec4(0); // rise of the layer before these four
     for (uint first = 0u; first < constants.layers; first += 4u) {
         const Layers next = read_layers(start, first + 4u, sums, next_depths);
         uvec4 faces[4]; // of the texels
         [[unroll]] for (uint i = 0u; i < 4u; ++i) {
             const vec4 after = i < 3u ? here.rises[(i + 1u) % 4u] : next.rises[0];
-            const vec4 depth = vec4(depths[i]) * unit, slope = slope_between(here.rises[i], after) * unit;
+            const vec4 later = i < 2u ? here.rises[(i + 2u) % 4u] : next.rises[i % 2u];
+            const vec4 depth = vec4(depths[i]) * unit;
+            const vec4 slope = slope_between(before, here.rises[i], after, later) * unit;
+            before = here.rises[i];
             [[unroll]] for (uint texel = 0u; texel < 4u; ++texel)
                 faces[texel][i] = pack_face(vec2(depth[texel], slope[texel]));
         }

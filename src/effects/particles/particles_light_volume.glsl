@@ -4,7 +4,7 @@ LightSpace space_of(uint light) {
     const uint at = fact_space + fact_space_words * light;
     return LightSpace(vec2(uintBitsToFloat(facts.data[at]), uintBitsToFloat(facts.data[at + 1u])),
                       uintBitsToFloat(facts.data[at + 2u]), uintBitsToFloat(facts.data[at + 3u]),
-                      uintBitsToFloat(facts.data[at + 4u]));
+                      uintBitsToFloat(facts.data[at + 4u]), uintBitsToFloat(facts.data[at + 5u]));
 }
 
 // A particle on a light's texels.
@@ -57,6 +57,13 @@ float mass_factor(Footprint f, float chords) {
 
 // Words of a light's buffer while layers are filled: one a texel, layer after layer.
 uint layer_start(uint light, uint layer) { return (light * constants.planes + layer) * constants.area; }
+
+// How many layers lie before a depth, in a row of texels. Where in its layer a particle lies is not known, so that light
+// is wrong by up to what a layer takes away. A particle covers several rows: where the faces of their layers lie at
+// different depths, their errors differ, and to interpolate between rows takes them off each other.
+float layers_along(LightSpace space, uint row, float along) {
+    return (along - space.first) / space.spacing + ((row & 1u) != 0u ? space.shift : 0.0);
+}
 
 // What a word holds once the layers are summed: optical depth from the light to the face behind the layer, and how fast
 // it grows there, by the layer. As halves: depth is known to a part in 4096, light so to a part in 10,000.
