@@ -215,7 +215,10 @@ Result<Json> measure_particle_quality(Rig& rig, const Options& options, const Ou
     const Extent extent = !options.sizes.empty() && options.part == "quality" ? options.sizes.front()
                           : rig.is_cpu()                                      ? Extent{160, 90}
                                                                               : Extent{480, 270};
-    const uint32_t count = rig.is_cpu() ? 6000 : 40000;
+    const uint32_t count = !options.particle_counts.empty() && options.part == "quality"
+                               ? static_cast<uint32_t>(options.particle_counts.front())
+                           : rig.is_cpu() ? 6000
+                                          : 40000;
     auto studio = Studio::create(rig, extent, count);
     if (!studio)
         return studio.error();

@@ -20,8 +20,8 @@ double error_of(double angle, ParticleMode mode, int layers) {
 TEST_F(ParticleDrawTruth, sixteen_layers_beat_64_half_angle_slices_on_both_sides) {
     for (const double angle : {40.0, 110.0, 150.0}) {
         const double volume = error_of(angle, ParticleMode::light_volume, 16);
-        EXPECT_LT(volume, error_of(angle, ParticleMode::half_angle, 64)) << angle;
-        EXPECT_LT(volume, 0.03) << angle;
+        EXPECT_LT(volume, 0.85 * error_of(angle, ParticleMode::half_angle, 64)) << angle;
+        EXPECT_LT(volume, 0.015) << angle;
     }
 }
 

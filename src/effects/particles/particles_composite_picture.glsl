@@ -24,7 +24,7 @@ layout(set = 0, binding = 5) uniform sampler2D far_image;
 layout(set = 0, binding = 6) uniform sampler2D near_image;
 layout(set = 0, binding = 7) uniform sampler2D velocity_image;
 layout(set = 0, binding = 8) readonly buffer Facts { uint data[]; } facts;
-layout(set = 0, binding = 9) readonly buffer Volume { uint data[]; } volume;
+layout(set = 0, binding = 9) readonly buffer Volume { uvec4 data[]; } volume;
 layout(set = 0, binding = 10) readonly buffer Ranges { uvec2 data[]; } ranges;
 layout(set = 0, binding = 11) readonly buffer Dropped { uint data[]; } dropped;
 layout(set = 0, binding = 12) uniform writeonly image2D output_image;
@@ -99,10 +99,12 @@ vec3 light_left(vec3 position) {
     const LightSpace space = space_of(0u);
     const vec3 place = light_space(constants.light_0, position);
     const vec2 texel = (place.xy - space.corner) / space.texel;
-    // Slices are no layers along the light: as in the document, what is not before them all is behind them all.
-    const float depth = !by_rank                ? depth_at(0u, space, texel, place.z).depth
-                        : place.z > space.first ? summed_layer(0u, int(constants.layers) - 1, texel)
-                                                : 0.0;
+    if (by_rank) // slices are no layers along the light: as in the document, what is not before them all is behind them all
+        return place.z > space.first ? exp(-constants.shadow_colour.rgb * depth_before_layer(0u, texel, constants.layers))
+                                     : vec3(1);
+    // Half a row up and half a row down take as much of even as of odd rows, whose layers differ: no stripes on surfaces.
+    const vec2 half_row = vec2(0, 0.5);
+    const float depth = 0.5 * (depth_at(0u, space, texel - half_row, place.z) + depth_at(0u, space, texel + half_row, place.z));
     return exp(-constants.shadow_colour.rgb * depth);
 }
 
@@ -115,7 +117,7 @@ vec3 debug_colour(ivec2 pixel, vec4 particles) {
     const uint tile_number = uint(tile.y) * uint(ceil(constants.working_size.x / 16.0)) + uint(tile.x);
     if (view == 3u) // shadow
         return exp(-constants.shadow_colour.rgb *
-                   summed_layer(0u, int(constants.layers) - 1, vec2(part.x, 1.0 - part.y) * float(constants.side)));
+                   depth_before_layer(0u, vec2(part.x, 1.0 - part.y) * float(constants.side), constants.layers));
     if (view == 4u) { // layers, in rows from the light on
         const float columns = ceil(sqrt(float(constants.layers)));
         const vec2 cell = part * columns;
@@ -123,7 +125,7 @@ vec3 debug_colour(ivec2 pixel, vec4 particles) {
         const vec2 within = fract(cell);
         return layer >= int(constants.layers) ? vec3(0)
                                     : exp(-constants.shadow_colour.rgb *
-                                          summed_layer(0u, layer, vec2(within.x, 1.0 - within.y) * float(constants.side)));
+                                          depth_before_layer(0u, vec2(within.x, 1.0 - within.y) * float(constants.side), uint(layer) + 1u));
     }
     if (view == 5u) { // tiles: particles in each, a step of colour for every doubling up to 65536
         const uvec2 range = ranges.data[tile_number];

@@ -114,10 +114,10 @@ void plan_scattering(Drawing& d) {
     }
 }
 
-// Optical depth before each layer of each light.
+// Optical depth behind each layer of each light.
 void plan_light(Drawing& d) {
     namespace shader = shaders::particles_light;
-    const uint64_t words = uint64_t{d.side} * d.side * d.layers * d.lights;
+    const uint64_t words = uint64_t{d.constants.area} * d.constants.planes * d.lights;
     d.volume = d.words("shadow buffer", words);
     clear(d, "clear shadow", d.volume, words);
     // The sorted numbers are only read where slices go by rank.
@@ -127,9 +127,8 @@ void plan_light(Drawing& d) {
            d.groups(d.in.capacity, 128));
     if (d.scatters())
         plan_scattering(d);
-    else
-        d.pass("sum layers", shader::sum, {d.lights}, {write_buffer(d.volume)},
-               d.groups(d.side * d.side * d.lights, 256));
+    d.pass("sum layers", shader::sum, {d.lights, d.scatters()}, {read_buffer(d.facts), write_buffer(d.volume)},
+           d.groups(d.constants.area / 4 * d.lights, 64));
 }
 
 // Lit records in the order of drawing, and pairs of tile and particle sorted by tile.
@@ -227,6 +226,8 @@ void plan_particle_draw(Planner& planner, const ParticleDrawInputs& in) {
     d.constants.room = d.room;
     d.constants.layers = d.layers;
     d.constants.side = d.side;
+    d.constants.area = 4 * blocks_of(d.side * d.side, 4);
+    d.constants.planes = 4 * blocks_of(d.layers, 4);
     plan_order(d);
     plan_light(d);
     plan_tiles(d);

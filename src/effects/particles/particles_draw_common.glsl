@@ -55,7 +55,7 @@ const uint fact_light_words = 6u;
 const uint fact_key_offset = 28u;
 const uint fact_key_scale = 29u;
 const uint fact_unit = 30u;      // optical depth of one unit of the shadow buffer
-const uint fact_space = 32u;     // of each light eight: corner x y, texel, first depth, depth of a layer
+const uint fact_space = 32u;     // of each light eight: corner x y, texel, first depth, depth of a layer, shift of rows
 const uint fact_space_words = 8u;
 // And counts.
 const uint fact_alive = 64u;
@@ -70,6 +70,7 @@ struct LightSpace {
     float texel;   // metres
     float first;   // depth where the first layer begins
     float spacing; // depth of a layer
+    float shift;   // how much nearer the light the layers of every second row of texels begin, in layers
 };
 
 const float pi = 3.14159265;

@@ -13,7 +13,7 @@ layout(set = 0, binding = 0) readonly buffer Sprites { vec4 data[]; } sprites;
 layout(set = 0, binding = 1) readonly buffer Facts { uint data[]; } facts;
 layout(set = 0, binding = 2) readonly buffer Sorted { uint data[]; } sorted;
 layout(set = 0, binding = 3) readonly buffer Count { uint data[]; } count;
-layout(set = 0, binding = 4) readonly buffer Volume { uint data[]; } volume;
+layout(set = 0, binding = 4) readonly buffer Volume { uvec4 data[]; } volume;
 layout(set = 0, binding = 5) uniform sampler2D shadow_map;
 layout(set = 0, binding = 6) writeonly buffer Records { uvec4 data[]; } records; // two a particle
 layout(set = 0, binding = 7) writeonly buffer Touched { uint data[]; } touched;  // tiles
@@ -95,7 +95,8 @@ Lit lit_sprite(Sprite s, uint layer, uint tap_count) {
         const LightSpace space = space_of(l);
         const vec3 place = light_space(light, s.position);
         const Footprint f = footprint_of(space, place.xy, s.radius, 2.0 * s.radius * s.extinction);
-        const float own = own_factor(f);
+        const bool by_layer = !by_rank || l > 0u;
+        const float own = by_layer && !scattering ? own_factor(f) : 0.0;
         vec3 radiance = light[3].xyz;
         if (has_shadow_map && l == 0u)
             radiance *= scene_visibility(s.position);
@@ -107,8 +108,8 @@ Lit lit_sprite(Sprite s, uint layer, uint tap_count) {
             const vec3 offset = tap_offset(tap) * s.radius;
             const vec2 texel =
                 f.middle + vec2(dot(light[0].xyz, offset), dot(light[1].xyz, offset)) / space.texel;
-            const float depth = by_rank && l == 0u ? depth_before_layer(l, texel, layer)
-                                                   : depth_before(l, space, f, texel, place.z, own);
+            const float depth = by_layer ? depth_before(l, space, f, texel, place.z, own)
+                                         : depth_before_layer(l, texel, layer);
             light_sums[tap] += scattered(radiance, depth, cosine);
         }
     }
@@ -146,10 +147,7 @@ vec3 hue(float share) { return clamp(abs(fract(share + vec3(0.0, 0.6667, 0.3333)
 // As on a light's texels: what so few pixels must be multiplied by to hold what the sphere holds.
 float pixel_mass_factor(vec2 middle, float radius) {
     const Footprint f = Footprint(middle, radius, 1.0);
-    float chords = 0.0;
-    for (int column = 0; column < 8; ++column)
-        chords += column_sum(f, column);
-    return mass_factor(f, chords);
+    return mass_factor(f, chord_sum(f));
 }
 
 void main() {

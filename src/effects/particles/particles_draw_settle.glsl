@@ -23,13 +23,17 @@ void settle_light(uint light) {
     const float wanted = max(max(extent.x, extent.y), 1e-6) / (float(constants.side) - 4.0);
     const float texel = exp2(ceil(log2(wanted) * 8.0) / 8.0);
     const vec2 corner = (floor(low.xy / texel) - 1.0) * texel;
-    const float spacing = max((high.z - low.z) / float(constants.layers), max(1e-6, 1e-6 * abs(low.z)));
+    // Where all lie at one depth none shadows another: it has to be a face of every row's.
+    const float least = max(1e-6, 1e-6 * abs(low.z));
+    const float shift = high.z - low.z > least * float(constants.layers) ? constants.row_shift : 0.0;
+    const float spacing = max((high.z - low.z) / (float(constants.layers) - shift), least);
     const uint to = fact_space + fact_space_words * light;
     store(to, corner.x);
     store(to + 1u, corner.y);
     store(to + 2u, texel);
     store(to + 3u, low.z);
     store(to + 4u, spacing);
+    store(to + 5u, shift);
 }
 
 void main() {

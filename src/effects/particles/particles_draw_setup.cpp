@@ -162,6 +162,8 @@ ParticleDrawConstants particle_draw_constants(const Frame& frame, const Particle
     c.soft_distance = p.soft_distance;
     c.key_range = key_bits(p) >= 24 ? 16777215.0f : 65535.0f;
     c.layer_spread = p.scattering_blur;
+    // Light that spreads from texel to texel goes on from the same depth.
+    c.row_shift = p.scattering_blur > 0.0f ? 0.0f : 0.5f;
     c.shadow_map_bias = 1e-3f;
     c.depth_tolerance = 0.05f;
     c.time_step = frame.time_step;

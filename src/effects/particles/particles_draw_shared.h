@@ -45,9 +45,9 @@ struct ParticleDrawConstants {
     uint side;       // texels
     uint step_light; // of one step of scattering
     uint step_layer; // or the number of layers after the last
-    uint padding_0;
-    uint padding_1;
-    uint padding_2;
+    uint area;       // words of a layer in the shadow buffer: its texels, rounded up to a multiple of four
+    uint planes;     // layers that there is room for: rounded up likewise
+    float row_shift; // of the layers in every second row of texels, by the layer
 };
 
 #ifdef __cplusplus

@@ -46,13 +46,12 @@ void load_light(ivec2 origin, uint start, float unit) {
 }
 
 void main() {
-    const uint area = constants.side * constants.side;
-    const uint start = (constants.step_light * constants.layers + constants.step_layer) * area;
+    const uint start = layer_start(constants.step_light, constants.step_layer);
     const float unit = uintBitsToFloat(facts.data[fact_unit]);
     const uint word = gl_GlobalInvocationID.y * constants.side + gl_GlobalInvocationID.x;
     const bool is_inside = all(lessThan(gl_GlobalInvocationID.xy, uvec2(constants.side)));
     if (constants.step_layer > 0u && is_inside) // e^-16 is no light at all
-        volume.data[start - area + word] = uint(-log(clamp(before.data[word], 1.125e-7, 1.0)) / unit);
+        volume.data[start - constants.area + word] = uint(-log(clamp(before.data[word], 1.125e-7, 1.0)) / unit);
     if (constants.step_layer == constants.layers)
         return;
     load_light(ivec2(gl_WorkGroupID.xy) * 16 - reach, start, unit);

@@ -1,5 +1,5 @@
-// Adds each particle's optical depth to its layer. Eight threads share a particle and lie along a row, so that their
-// additions fall into one stretch of memory.
+// Adds each particle's optical depth to its layer. Eight threads share a particle and lie along a row, or along two or
+// four where a row is short, so that their additions fall into few stretches of memory.
 
 layout(local_size_x = 256) in;
 
@@ -51,19 +51,20 @@ void main() {
             if (!alive)
                 continue;
             const uint slice = (live + constants.layers - 1u) / constants.layers; // the last slice may hold fewer: none is left out
-            const uint layer = by_rank && light == 0u
-                                   ? rank / max(slice, 1u)
-                                   : uint(clamp((place.z - space.first) / space.spacing, 0.0, float(constants.layers) - 1.0));
-            const uint start = (light * constants.layers + layer) * constants.side * constants.side;
             const ivec2 first = max(ivec2(floor(f.middle - f.radius - 0.5)) + 1, ivec2(0));
             const ivec2 last = min(ivec2(floor(f.middle + f.radius - 0.5)), ivec2(constants.side) - 1);
             const float units = f.depth / uintBitsToFloat(facts.data[fact_unit]);
-            for (int y = first.y; y <= last.y; ++y)
-                for (int x = first.x + int(lane); x <= last.x; x += int(lanes)) {
+            const uint columns = last.x - first.x > 3 ? 8u : last.x - first.x > 1 ? 4u : 2u;
+            for (int y = first.y + int(lane / columns); y <= last.y; y += int(lanes / columns)) {
+                const float layers = clamp(layers_along(space, uint(y), place.z), 0.0, float(constants.layers) - 1.0);
+                const uint layer = by_rank && light == 0u ? rank / max(slice, 1u) : uint(layers);
+                const uint start = layer_start(light, layer) + uint(y) * constants.side;
+                for (int x = first.x + int(lane % columns); x <= last.x; x += int(columns)) {
                     const uint value = uint(units * footprint_chord(f, vec2(x, y) + 0.5) + 0.5);
                     if (value != 0u)
-                        atomicAdd(volume.data[start + uint(y) * constants.side + uint(x)], value);
+                        atomicAdd(volume.data[start + uint(x)], value);
                 }
+            }
         }
     }
 }
