@@ -122,6 +122,8 @@ Result<void> run_headless(const ViewerOptions& options, Model model, const Scene
         note("wrote " + options.output);
         if (!(*session)->truth_text().empty())
             note((*session)->truth_text());
+        for (const std::string& line : (*session)->shortfalls())
+            note(line);
     }
     return check_validation(**device);
 }

@@ -126,6 +126,18 @@ TEST_F(ViewerHeadless, truth_is_gathered_turn_by_turn) {
     EXPECT_GT(rmse(said), 5e-3);
 }
 
+TEST_F(ViewerHeadless, what_the_picture_lacks_is_told) {
+    const auto said = [&](const std::string& room) {
+        return run({"view", "smoke-columns", "--effects", "particles", "--size", "96x54", "--headless", "-o",
+                    "view.png", "--set", "particles.count=3000", "--set", "particles.radius_end=1", "--set",
+                    "particles.pairs_per_particle=" + room})
+            .out;
+    };
+    const std::string narrow = said("1");
+    EXPECT_NE(narrow.find("room for 3384"), std::string::npos) << narrow;
+    EXPECT_EQ(said("64").find("room for"), std::string::npos);
+}
+
 TEST_F(ViewerHeadless, panels_lie_beside_the_picture) {
     const Pixels panels = view({"still", "--effects", "motion-blur", "--size", "800x400", "--scale", "0.25", "--ui"});
     EXPECT_EQ(panels.width, 800);

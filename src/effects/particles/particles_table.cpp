@@ -187,7 +187,11 @@ constexpr BufferRole buffer_roles[] = {
     {"sprites", "the host's own particles (ParticleSprite) instead of simulated ones", ImageUse::optional_input,
      sizeof(ParticleSprite), uint64_t{most_particles} * sizeof(ParticleSprite), buffer<&I::sprites>},
     {"statistics", "what was drawn (one ParticleStatistics)", ImageUse::optional_output, sizeof(ParticleStatistics),
-     sizeof(ParticleStatistics), buffer<&I::statistics>},
+     sizeof(ParticleStatistics), buffer<&I::statistics>,
+     [](const void* contents, const void* parameters) {
+         return particle_shortfalls(*static_cast<const ParticleStatistics*>(contents),
+                                    *static_cast<const ParticleVolumeParameters*>(parameters));
+     }},
 };
 
 constexpr ParameterTable particles_table = parameter_table<P>("particles", rows, presets);
