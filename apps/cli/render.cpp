@@ -217,9 +217,10 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
         return usage_error("a PNG holds colour or visibility, and --outputs names neither; write .exr");
     if (!options.particles.empty() && !options.has_preroll)
         options.preroll = particles_preroll(*chain);
-    if (adapt_chain(*chain, options.chain, *scene))
-        console.note(fmt::format("ambient-occlusion.radius={:.4g}, half of the model's", occlusion_radius(*scene)));
-    options.request.truths.rays.radius = occlusion_radius(*scene);
+    const SceneFit fit = fit_of(*scene);
+    if (adapt_chain(*chain, options.chain, fit))
+        console.note(fmt::format("ambient-occlusion.radius={:.4g}, half of the model's", occlusion_radius(fit)));
+    options.request.truths.rays.radius = occlusion_radius(fit);
     if (auto completed = complete_truth(options.request.truths, options, *chain); !completed)
         return completed.error();
     auto frames = choose_frames(options, *scene);
