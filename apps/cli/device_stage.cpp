@@ -23,8 +23,12 @@ Result<std::unique_ptr<DeviceStage>> DeviceStage::create(const std::string& devi
         auto commands = stage->device_->create_commands();
         if (!commands)
             return as_device(commands.error());
+        auto report = stage->runner_->create_report();
+        if (!report)
+            return report.error();
         Slot& slot = stage->slots_.emplace_back();
         slot.commands = std::move(*commands);
+        slot.report = std::move(*report);
         stage->free_.push_back(&slot);
     }
     return stage;
@@ -116,7 +120,7 @@ Result<void> DeviceStage::record(Slot& slot) {
     RoleImages images;
     for (const auto& [role, picture] : slot.frame->roles)
         images[role] = inputs_.at(role).image();
-    if (auto recorded = runner_->record(slot.commands.buffer(), slot.frame->facts, images); !recorded) {
+    if (auto recorded = runner_->record(slot.commands.buffer(), slot.frame->facts, images, slot.report); !recorded) {
         // Parameters were checked; what is refused now is the picture's own size or content.
         Error error = as_input(recorded.error());
         error.message = fmt::format("{}: {}", slot.frame->job.input.string(), error.message);
@@ -152,6 +156,7 @@ Result<std::optional<ProcessedFrame>> DeviceStage::collect() {
     slot.frame.reset();
     if (result.frame.job.output.empty())
         return std::optional<ProcessedFrame>();
+    shortfalls_.add(result.frame.job.frame, runner_->shortfalls(slot.report));
     if (const apps::HostImage* colour = runner_->colour())
         result.colour = apps::decode_pixels(*apps::find_pixel_format(colour->format()), slot.readbacks.at("").bytes());
     const media::ExrPart& part = result.frame.image.parts[result.frame.colour.part];

@@ -38,11 +38,15 @@ class DeviceStage {
     // Waits for the oldest frame in flight; must not be empty. No value for pre-roll.
     Result<std::optional<ProcessedFrame>> collect();
 
+    // Of the frames that were collected, pre-roll left out.
+    const ShortfallLog& shortfalls() const { return shortfalls_; }
+
   private:
     struct Slot {
         apps::Commands commands;
         std::map<std::string, apps::HostBuffer> uploads;   // by role
         std::map<std::string, apps::HostBuffer> readbacks; // "" is colour, extras by name
+        FrameReport report;
         std::optional<LoadedFrame> frame;
     };
 
@@ -60,6 +64,7 @@ class DeviceStage {
     std::deque<Slot> slots_;
     std::deque<Slot*> in_flight_; // oldest first
     std::deque<Slot*> free_;
+    ShortfallLog shortfalls_;
 };
 
 } // namespace sfumato::cli

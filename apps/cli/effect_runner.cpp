@@ -84,9 +84,25 @@ Result<void> EffectRunner::prepare(Extent extent) {
     return {};
 }
 
-Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, const RoleImages& inputs) {
+Result<FrameReport> EffectRunner::create_report() const {
+    FrameReport report;
+    for (size_t stage = 0; stage < stages_.size(); ++stage)
+        for (const BufferRole& role : stages_[stage].link->effect->buffers) {
+            if (!role.shortfalls)
+                continue;
+            auto buffer = device_->create_buffer(role.element_bytes);
+            if (!buffer)
+                return as_device(buffer.error());
+            report.entries.push_back({stage, &role, std::move(*buffer)});
+        }
+    return report;
+}
+
+Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, const RoleImages& inputs,
+                                  const FrameReport& report) {
     RoleImages current = inputs;
-    for (Stage& stage : stages_) {
+    for (size_t place = 0; place < stages_.size(); ++place) {
+        Stage& stage = stages_[place];
         const EffectInfo& effect = *stage.link->effect;
         std::vector<std::max_align_t> images(effect.images_size / sizeof(std::max_align_t) + 1);
         for (const ImageRole& role : effect.images) {
@@ -96,6 +112,9 @@ Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, 
         }
         for (const BufferRole& role : effect.buffers)
             role.get(images.data()) = {};
+        for (const FrameReport::Entry& entry : report.entries)
+            if (entry.stage == place)
+                entry.role->get(images.data()) = entry.buffer.buffer();
         for (const Output& output : stage.outputs)
             output.role->get(images.data()) = output.image.image();
         Frame own = frame;
@@ -107,7 +126,24 @@ Result<void> EffectRunner::record(VkCommandBuffer commands, const Frame& frame, 
             if (output.is_colour)
                 current["colour"] = output.image.image();
     }
+    if (!report.entries.empty()) {
+        VkMemoryBarrier barrier{VK_STRUCTURE_TYPE_MEMORY_BARRIER};
+        barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT;
+        barrier.dstAccessMask = VK_ACCESS_HOST_READ_BIT;
+        device_->functions().CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                                                VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+    }
     return {};
+}
+
+std::vector<EffectShortfall> EffectRunner::shortfalls(const FrameReport& report) const {
+    std::vector<EffectShortfall> result;
+    for (const FrameReport::Entry& entry : report.entries) {
+        const ChainLink& link = *stages_[entry.stage].link;
+        for (Shortfall& one : entry.role->shortfalls(entry.buffer.bytes().data(), link.parameters.data()))
+            result.push_back({link.effect, std::move(one)});
+    }
+    return result;
 }
 
 const apps::HostImage* EffectRunner::colour() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "apps/cli/effect_chain.h"
+#include "apps/cli/shortfalls.h"
 #include "apps/common/device.h"
 
 #include <map>
@@ -22,6 +23,16 @@ struct ExtraOutput {
     const ImageRole* role = nullptr; // tells how many of the image's channels mean something, and their sign
 };
 
+// The buffers in which the effects of one frame in flight tell what its result lacks; see BufferRole::shortfalls.
+struct FrameReport {
+    struct Entry {
+        size_t stage = 0; // place of the effect in the chain
+        const BufferRole* role = nullptr;
+        apps::HostBuffer buffer;
+    };
+    std::vector<Entry> entries;
+};
+
 class EffectRunner {
   public:
     // `frames_in_flight` as ContextInfo has it. Errors are the device's.
@@ -37,7 +48,14 @@ class EffectRunner {
     // New histories, for frames that do not follow on the last. Nothing may be in flight.
     Result<void> restart();
 
-    Result<void> record(VkCommandBuffer commands, const Frame& frame, const RoleImages& inputs);
+    // A report for each frame in flight; none of its buffers may be in use when it is recorded into again.
+    Result<FrameReport> create_report() const;
+
+    Result<void> record(VkCommandBuffer commands, const Frame& frame, const RoleImages& inputs,
+                        const FrameReport& report);
+
+    // Of a frame that has finished.
+    std::vector<EffectShortfall> shortfalls(const FrameReport& report) const;
 
     // The colour after the last effect that makes some to be written; null if there is none.
     const apps::HostImage* colour() const;

@@ -46,6 +46,8 @@ class Pipeline {
         reader.join();
         writer.join();
         console_.end_progress();
+        for (const std::string& line : device_.shortfalls().lines(jobs_.size() == 1 ? jobs_[0].input.string() : ""))
+            console_.warn(line);
         // The writer's frame came before any that another stage can have failed on.
         if (!written_)
             return written_.error();

@@ -137,6 +137,21 @@ Result<void> write_rendered(const RenderedFrame& frame, const std::filesystem::p
     return media::write_exr(path, image, write_options);
 }
 
+// One frame after the frames that it needs before it.
+Result<void> render_one(const std::vector<media::SequenceFrame>& frames, size_t i, SceneFrames& source,
+                        const EffectChain& chain, const RenderCommandOptions& options, const Invocation& invocation) {
+    const int number = frames[i].frame;
+    const bool restarts = i > 0 && number != frames[i - 1].frame + 1;
+    const int start = i == 0 || restarts ? std::max(number - options.preroll, 0) : number;
+    for (int before = start; before < number; ++before)
+        if (auto rendered = source.render(before, restarts && before == start); !rendered)
+            return rendered.error();
+    auto frame = source.render(number, restarts && start == number);
+    if (!frame)
+        return frame.error();
+    return write_rendered(*frame, frames[i].path, chain, options, invocation);
+}
+
 Outcome render_all(const std::vector<media::SequenceFrame>& frames, SceneFrames& source, const EffectChain& chain,
                    const RenderCommandOptions& options, const Invocation& invocation, Console& console) {
     if (auto opened = source.open(); !opened)
@@ -144,22 +159,22 @@ Outcome render_all(const std::vector<media::SequenceFrame>& frames, SceneFrames&
     console.note("device: " + source.device_name());
     console.start_progress(frames.size());
     nlohmann::ordered_json json = {{"scene", options.scene.scene}, {"device", source.device_name()}};
+    ShortfallLog shortfalls;
+    Result<void> done;
     for (size_t i = 0; i < frames.size() && !interrupted; ++i) {
-        const bool restarts = i > 0 && frames[i].frame != frames[i - 1].frame + 1;
-        const int start = i == 0 || restarts ? std::max(frames[i].frame - options.preroll, 0) : frames[i].frame;
-        for (int before = start; before < frames[i].frame; ++before)
-            if (auto rendered = source.render(before, restarts && before == start); !rendered)
-                return rendered.error();
-        auto frame = source.render(frames[i].frame, restarts && start == frames[i].frame);
-        if (!frame)
-            return frame.error();
-        if (auto written = write_rendered(*frame, frames[i].path, chain, options, invocation); !written)
-            return written.error();
+        done = render_one(frames, i, source, chain, options, invocation);
+        if (!done)
+            break;
+        shortfalls.add(frames[i].frame, source.shortfalls());
         json["outputs"].push_back(frames[i].path.string());
         console.advance(
             fmt::format("{} frame {} -> {}", options.scene.scene, frames[i].frame, frames[i].path.string()));
     }
     console.end_progress();
+    for (const std::string& line : shortfalls.lines())
+        console.warn(line);
+    if (!done)
+        return done.error();
     if (interrupted) {
         console.error({ErrorCode::internal, "interrupted; what was finished is written"});
         return exit_interrupted;
@@ -202,9 +217,10 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
         return usage_error("a PNG holds colour or visibility, and --outputs names neither; write .exr");
     if (!options.particles.empty() && !options.has_preroll)
         options.preroll = particles_preroll(*chain);
-    if (adapt_chain(*chain, options.chain, *scene))
-        console.note(fmt::format("ambient-occlusion.radius={:.4g}, half of the model's", occlusion_radius(*scene)));
-    options.request.truths.rays.radius = occlusion_radius(*scene);
+    const SceneFit fit = fit_of(*scene);
+    if (adapt_chain(*chain, options.chain, fit))
+        console.note(fmt::format("ambient-occlusion.radius={:.4g}, half of the model's", occlusion_radius(fit)));
+    options.request.truths.rays.radius = occlusion_radius(fit);
     if (auto completed = complete_truth(options.request.truths, options, *chain); !completed)
         return completed.error();
     auto frames = choose_frames(options, *scene);

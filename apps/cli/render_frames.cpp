@@ -45,6 +45,10 @@ Result<void> SceneFrames::open() {
     runner_ = std::move(*runner);
     if (auto prepared = runner_->prepare(extent_); !prepared)
         return prepared;
+    auto report = runner_->create_report();
+    if (!report)
+        return report.error();
+    report_ = std::move(*report);
     auto source = open_scene(scene_, *device_, runner_->context());
     if (!source)
         return source.error().code == ErrorCode::invalid_argument ? source.error() : as_device(source.error());
@@ -69,7 +73,8 @@ Result<RenderedFrame> SceneFrames::render(int number, bool restarts) {
         if (auto recorded = source_->record_sun_map(*commands, number, sun_map_.image(), count_); !recorded)
             return as_device(recorded.error());
     ++count_;
-    if (auto recorded = runner_->record(*commands, source_->frame_facts(number, extent_), role_images()); !recorded)
+    if (auto recorded = runner_->record(*commands, source_->frame_facts(number, extent_), role_images(), report_);
+        !recorded)
         return as_device(recorded.error());
     if (auto done = device_->submit_and_wait(); !done)
         return as_device(done.error());

@@ -33,6 +33,8 @@ class SceneFrames {
     Result<void> open();
     // `restarts`: the frame does not follow on the one before.
     Result<RenderedFrame> render(int number, bool restarts);
+    // Of the frame that was rendered last.
+    std::vector<EffectShortfall> shortfalls() const { return runner_->shortfalls(report_); }
     const std::string& device_name() const { return device_->name(); }
 
   private:
@@ -50,6 +52,7 @@ class SceneFrames {
     uint64_t count_ = 0;
     std::unique_ptr<apps::Device> device_;
     std::unique_ptr<EffectRunner> runner_;
+    FrameReport report_;
     std::unique_ptr<scene::SceneSource> source_;
     std::map<std::string, apps::HostImage> images_;
     apps::HostImage sun_map_; // where an effect asks for one and the scene has it

@@ -136,26 +136,37 @@ Result<std::unique_ptr<scene::SceneSource>> open_scene(SceneChoice& choice, cons
     return source;
 }
 
-double occlusion_radius(const SceneChoice& scene) {
-    return scene.is_model() ? 0.5 * scene.bounds.radius : scene::OcclusionTruth{}.radius;
+SceneFit fit_of(const SceneChoice& scene) {
+    SceneFit fit;
+    if (scene.is_model())
+        fit.model_radius = scene.bounds.radius;
+    return fit;
 }
 
-bool adapt_chain(EffectChain& chain, const ChainOptions& given, const SceneChoice& scene) {
-    bool chose_radius = false;
-    const auto adapt = [&](ChainLink& link, const char* name, const std::string& value) {
+double occlusion_radius(const SceneFit& fit) {
+    return fit.model_radius ? 0.5 * *fit.model_radius : scene::OcclusionTruth{}.radius;
+}
+
+bool adapt_link(ChainLink& link, const SceneFit& fit) {
+    const ParameterSet defaults(*link.effect->parameters);
+    const auto adapt = [&](const char* name, const std::string& value) {
         const ParameterInfo* info = link.effect->parameters->find(name);
-        const ParameterSet defaults(*link.effect->parameters);
-        if (!info || !given.config.empty() || std::ranges::find(link.set_by_hand, name) != link.set_by_hand.end() ||
+        if (!info || contains(link.set_by_hand, name) ||
             info->get(link.parameters.data()) != info->get(defaults.data()))
             return false;
         // In range by construction, but for models beyond all measure, whose default stays.
         return static_cast<bool>(set_parameter(*link.effect->parameters, link.parameters.data(), name, value));
     };
-    for (ChainLink& link : chain) {
-        adapt(link, "application", "ambient");
-        if (scene.is_model() && link.effect->parameters->find("falloff"))
-            chose_radius = adapt(link, "radius", fmt::format("{:.4g}", occlusion_radius(scene))) || chose_radius;
-    }
+    adapt("application", "ambient");
+    return fit.model_radius && link.effect->parameters->find("falloff") &&
+           adapt("radius", fmt::format("{:.4g}", occlusion_radius(fit)));
+}
+
+bool adapt_chain(EffectChain& chain, const ChainOptions& given, const SceneFit& fit) {
+    bool chose_radius = false;
+    if (given.config.empty())
+        for (ChainLink& link : chain)
+            chose_radius = adapt_link(link, fit) || chose_radius;
     return chose_radius;
 }
 

@@ -44,10 +44,18 @@ Result<SceneChoice> choose_scene(const SceneOptions& options);
 Result<std::unique_ptr<scene::SceneSource>> open_scene(SceneChoice& choice, const apps::Device& device,
                                                        Context& context);
 
-// What fits a rendered scene better than the effects' own defaults, which are for files: occlusion darkens the ambient
-// light alone, since that is at hand, and reaches half of a model's radius, whatever its size. What was given by hand,
-// by a preset or by a configuration file stays. True if a radius was chosen.
-bool adapt_chain(EffectChain& chain, const ChainOptions& given, const SceneChoice& scene);
-double occlusion_radius(const SceneChoice& scene); // scene units
+// What of a scene decides over defaults.
+struct SceneFit {
+    std::optional<double> model_radius; // of a model's bounds, scene units
+};
+SceneFit fit_of(const SceneChoice& scene);
+
+// What fits a rendered scene better than an effect's own defaults, which are for files: occlusion darkens the ambient
+// light alone, since that is at hand, and reaches half of a model's radius, whatever its size. What was given by hand
+// or by a preset stays. True if a radius was chosen.
+bool adapt_link(ChainLink& link, const SceneFit& fit);
+// The same for all of them; what comes from a configuration file is whole, and stays.
+bool adapt_chain(EffectChain& chain, const ChainOptions& given, const SceneFit& fit);
+double occlusion_radius(const SceneFit& fit); // scene units
 
 } // namespace sfumato::cli

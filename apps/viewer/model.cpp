@@ -44,6 +44,13 @@ Result<Model> Model::create(const cli::ChainOptions& options) {
     return model;
 }
 
+void Model::adapt(const cli::ChainOptions& given, const cli::SceneFit& fit) {
+    fit_ = fit;
+    if (given.config.empty())
+        for (EffectSlot& slot : effects_)
+            cli::adapt_link(slot.link, fit);
+}
+
 void Model::set_scene(const std::string& name, const scene::SceneSource& source) {
     scene_name = name;
     info = source.info();
@@ -169,16 +176,22 @@ Result<void> Model::choose_preset(EffectSlot& slot, const std::string& preset) {
     if (auto applied = apply_preset(*slot.link.effect->parameters, slot.link.parameters.data(), preset); !applied)
         return applied;
     slot.link.preset = preset;
+    slot.link.set_by_hand.clear(); // the preset has replaced it
+    if (fit_)
+        cli::adapt_link(slot.link, *fit_);
     for (const auto& [parameter, value] : views)
         parameter->set(slot.link.parameters.data(), value);
     return {};
 }
 
 double Model::preset_value(const EffectSlot& slot, const ParameterInfo& parameter) const {
-    ParameterSet base(*slot.link.effect->parameters);
+    cli::ChainLink base{slot.link.effect, slot.link.preset, ParameterSet(*slot.link.effect->parameters)};
     // A preset that was applied once can be applied again.
-    static_cast<void>(static_cast<bool>(apply_preset(base.table(), base.data(), slot.link.preset)));
-    return parameter.get(base.data());
+    static_cast<void>(
+        static_cast<bool>(apply_preset(*base.effect->parameters, base.parameters.data(), slot.link.preset)));
+    if (fit_)
+        cli::adapt_link(base, *fit_);
+    return parameter.get(base.parameters.data());
 }
 
 void Model::reset_value(EffectSlot& slot, const ParameterInfo& parameter) {

@@ -70,6 +70,10 @@ class Model {
     // All effects: the named ones enabled and first, in their order, then the others. Errors are make_chain's.
     static Result<Model> create(const cli::ChainOptions& options);
 
+    // Chooses what fits the scene as `sfumato render` does, given the same options; from there on it is what presets
+    // begin from.
+    void adapt(const cli::ChainOptions& given, const cli::SceneFit& fit);
+
     // Takes over what the scene is; the time starts at its key frame. If no effect was named at the start, those that
     // the scene is made for are enabled.
     void set_scene(const std::string& name, const scene::SceneSource& source);
@@ -152,6 +156,7 @@ class Model {
     cli::EffectChain enabled_chain(std::string* wanted = nullptr) const;
 
     std::vector<EffectSlot> effects_;
+    std::optional<cli::SceneFit> fit_;
     bool effects_named_ = false;
     int frame_ = 1;
     bool playing_ = false;

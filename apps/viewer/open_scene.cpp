@@ -3,13 +3,14 @@
 
 namespace sfumato::viewer {
 
-Result<SceneOpener> choose_scene(const cli::SceneOptions& options) {
+Result<ChosenScene> choose_scene(const cli::SceneOptions& options) {
     auto choice = cli::choose_scene(options);
     if (!choice)
         return choice.error();
     const auto kept = std::make_shared<cli::SceneChoice>(std::move(*choice));
-    return SceneOpener(
-        [kept](const apps::Device& device, Context& context) { return cli::open_scene(*kept, device, context); });
+    return ChosenScene{
+        [kept](const apps::Device& device, Context& context) { return cli::open_scene(*kept, device, context); },
+        cli::fit_of(*kept)};
 }
 
 } // namespace sfumato::viewer

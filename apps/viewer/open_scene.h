@@ -13,8 +13,13 @@ namespace sfumato::viewer {
 using SceneOpener =
     std::function<Result<std::unique_ptr<scene::SceneSource>>(const apps::Device& device, Context& context)>;
 
+struct ChosenScene {
+    SceneOpener open;
+    cli::SceneFit fit;
+};
+
 // Decides what is asked for without a device: a built-in scene, or a glTF file; opening it comes later, with one, and
 // once. Errors: there is no such scene, file or animation, or the file is broken.
-Result<SceneOpener> choose_scene(const cli::SceneOptions& options);
+Result<ChosenScene> choose_scene(const cli::SceneOptions& options);
 
 } // namespace sfumato::viewer

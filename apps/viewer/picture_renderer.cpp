@@ -86,6 +86,10 @@ Result<void> PictureRenderer::prepare(const PictureRequest& request) {
     if (!runner)
         return runner.error();
     runner_ = std::move(*runner);
+    auto report = runner_->create_report();
+    if (!report)
+        return report.error();
+    report_ = std::move(*report);
     if (auto prepared = runner_->prepare(request.extent); !prepared)
         return prepared;
     extent_ = request.extent;
@@ -121,7 +125,7 @@ Result<void> PictureRenderer::render(const PictureRequest& request, int frame, u
         if (auto recorded = source_->record_sun_map(*commands, frame, sun_map_.image(), count_); !recorded)
             return recorded.error();
     ++count_;
-    if (auto recorded = runner_->record(*commands, facts, roles); !recorded)
+    if (auto recorded = runner_->record(*commands, facts, roles, report_); !recorded)
         return recorded.error();
     frame_ = frame;
     return on_device(device_.submit_and_wait());
@@ -240,6 +244,10 @@ std::vector<NamedTime> PictureRenderer::times() {
         for (const auto& [effect, time] : runner_->times())
             result.push_back({effect->name, time.pass, time.milliseconds});
     return result;
+}
+
+std::vector<cli::EffectShortfall> PictureRenderer::shortfalls() const {
+    return runner_ ? runner_->shortfalls(report_) : std::vector<cli::EffectShortfall>{};
 }
 
 Result<void> PictureRenderer::read_pass(cli::RenderedFrame& frame, const std::string& name,

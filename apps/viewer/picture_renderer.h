@@ -33,6 +33,8 @@ class PictureRenderer {
     Result<void> freeze(); // keeps a copy of the result as "frozen"
 
     std::vector<NamedTime> times();
+    // What the result that was rendered last lacks.
+    std::vector<cli::EffectShortfall> shortfalls() const;
 
     // Everything that was rendered last, for a file.
     Result<cli::RenderedFrame> read_back();
@@ -54,6 +56,7 @@ class PictureRenderer {
     std::unique_ptr<scene::SceneSource> source_;
     cli::EffectChain chain_; // the runner looks at the links here
     std::unique_ptr<cli::EffectRunner> runner_;
+    cli::FrameReport report_;
     std::map<std::string, apps::HostImage> images_; // of the scene, by pass
     apps::HostImage sun_map_;                       // where an effect asks for one and the scene has it
     apps::HostImage frozen_;

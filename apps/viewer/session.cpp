@@ -148,6 +148,9 @@ Result<void> Session::render(double seconds, bool moved, const PictureRequest& r
     if (rendered && done) {
         ++pictures_;
         times_.add(renderer_->times());
+        status_.shortfalls.clear();
+        for (const cli::EffectShortfall& one : renderer_->shortfalls())
+            status_.shortfalls.push_back(cli::shortfall_text(one));
         last_view_ = request.viewpoint;
         status_.seen = renderer_->source().view(request.frame);
         if (status_.is_error)

@@ -38,6 +38,7 @@ class Session {
     bool wants_to_quit() const { return quits_; }
     const std::string& message() const { return status_.message; }
     bool has_failed() const { return status_.is_error; }
+    const std::vector<std::string>& shortfalls() const { return status_.shortfalls; }
     std::string truth_text() const; // "RMSE …", or "" without ground truth
 
     // What the window shows without panels, at the picture's own size, and the rendered images.

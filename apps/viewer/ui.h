@@ -22,6 +22,7 @@ struct UiStatus {
     std::string device;
     std::string message; // of the last action, or what went wrong
     bool is_error = false;
+    std::vector<std::string> shortfalls; // what the picture lacks
     Extent picture;
     std::string command; // that makes the picture
     scene::View seen;    // the camera in use

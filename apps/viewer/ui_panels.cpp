@@ -41,6 +41,11 @@ void Ui::draw_message(const UiStatus& status) {
         ImGui::TextWrapped("%s", status.message.c_str());
         ImGui::PopStyleColor();
     }
+    for (const std::string& shortfall : status.shortfalls) {
+        ImGui::PushStyleColor(ImGuiCol_Text, ImVec4{1.0f, 0.8f, 0.3f, 1.0f});
+        ImGui::TextWrapped("%s", shortfall.c_str());
+        ImGui::PopStyleColor();
+    }
 }
 
 void Ui::draw_scene(const UiStatus& status) {

@@ -122,6 +122,8 @@ Result<void> run_headless(const ViewerOptions& options, Model model, const Scene
         note("wrote " + options.output);
         if (!(*session)->truth_text().empty())
             note((*session)->truth_text());
+        for (const std::string& line : (*session)->shortfalls())
+            note(line);
     }
     return check_validation(**device);
 }
@@ -210,14 +212,15 @@ Result<void> run_viewer(const ViewerOptions& options, const std::function<void(c
     scene.animation = options.animation;
     scene.no_ground = options.no_ground;
     model->scene_options = scene;
-    auto open = viewer::choose_scene(scene);
-    if (!open)
-        return open.error();
+    const auto chosen = viewer::choose_scene(scene);
+    if (!chosen)
+        return chosen.error();
+    model->adapt(options.chain, chosen->fit);
     if (!options.save_config.empty())
         if (auto saved = model->save(options.save_config); !saved)
             return saved;
-    return options.headless ? run_headless(options, std::move(*model), *open, note)
-                            : run_window(options, std::move(*model), *open, note);
+    return options.headless ? run_headless(options, std::move(*model), chosen->open, note)
+                            : run_window(options, std::move(*model), chosen->open, note);
 }
 
 } // namespace sfumato::viewer

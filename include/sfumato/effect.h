@@ -29,6 +29,14 @@ struct ImageRole {
     bool is_optional() const { return use == ImageUse::optional_input || use == ImageUse::optional_output; }
 };
 
+// What the result of a frame lacks, as the effect tells it in a buffer.
+struct Shortfall {
+    const char* name;   // of the kind; of several frames that fall short alike, the worst speaks for all
+    double excess;      // the larger, the worse
+    std::string text;   // what is missing, part of a sentence
+    std::string remedy; // a setting that would help, "parameter=value"; empty where no single one does
+};
+
 // One buffer that an effect takes: a member of its images struct, which holds both.
 struct BufferRole {
     const char* name;
@@ -37,6 +45,9 @@ struct BufferRole {
     uint32_t element_bytes; // its size is a multiple of this
     uint64_t largest_bytes;
     Buffer& (*get)(void* images);
+    // Reads what the device has written into one element, for a frame of these parameters: nothing where the result is
+    // whole. Null where the buffer does not tell.
+    std::vector<Shortfall> (*shortfalls)(const void* contents, const void* parameters) = nullptr;
 
     bool is_output() const { return use == ImageUse::output || use == ImageUse::optional_output; }
     bool is_optional() const { return use == ImageUse::optional_input || use == ImageUse::optional_output; }

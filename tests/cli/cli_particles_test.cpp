@@ -59,4 +59,62 @@ TEST_F(CliParticles, particles_come_into_rendered_frames) {
     EXPECT_GT(difference(load(path("shot.exr")), load(path("smoke.exr"))), 0.001);
 }
 
+namespace {
+
+std::string after(const std::string& text, const std::string& start) {
+    const size_t place = text.find(start);
+    if (place == std::string::npos)
+        return "";
+    const size_t begin = place + start.size();
+    return text.substr(begin, text.find_first_of(" ;\n", begin) - begin);
+}
+
+} // namespace
+
+// Large particles touch every tile. The warning is one line for all frames, and what it advises is enough.
+TEST_F(CliParticles, too_little_room_is_told_once_with_the_remedy) {
+    std::vector<std::string> arguments = {"render", "smoke-columns", "-o",    "s.####.exr",  "--frames",
+                                          "23-24",  "--size",        "64x36", "--particles", "smoke"};
+    for (const char* setting :
+         {"count=600", "radius_start=1", "radius_end=1", "extinction=0.05", "layers=4", "shadow_resolution=64"})
+        arguments.insert(arguments.end(), {"--set", std::string("particles.") + setting});
+    const auto with = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> all = arguments;
+        for (const std::string& setting : more)
+            all.insert(all.end(), {"--set", "particles." + setting});
+        return run(all);
+    };
+    const ProgramResult narrow = with({"pairs_per_particle=1"});
+    ASSERT_EQ(narrow.code, 0) << narrow.error;
+    EXPECT_EQ(narrow.error_lines(), 1u) << narrow.error;
+    EXPECT_TRUE(narrow.error.starts_with("sfumato: warning: frames 23-24: particles: ")) << narrow.error;
+    // A pair for each of 600 particles, and 16 for each of 4×3 tiles.
+    EXPECT_EQ(after(narrow.error, "room for "), "792,") << narrow.error;
+    const std::string enough = after(narrow.error, "--set particles.");
+    EXPECT_TRUE(enough.starts_with("pairs_per_particle=")) << narrow.error;
+    const ProgramResult wide = with({enough});
+    ASSERT_EQ(wide.code, 0) << wide.error;
+    EXPECT_EQ(wide.error, "");
+    // One less than that is not enough.
+    const int number = std::stoi(after(narrow.error, "pairs_per_particle="));
+    EXPECT_EQ(with({"pairs_per_particle=" + std::to_string(number - 1)}).error_lines(), 1u);
+}
+
+TEST_F(CliParticles, depths_that_were_cut_are_told_with_the_remedy) {
+    ASSERT_EQ(run({"render", "smoke-columns", "-o", "shot.exr", "--size", "96x54", "-q"}).code, 0);
+    const auto with = [&](const std::string& setting) {
+        return run({"apply", "particles", "shot.exr", "-o", "smoke.exr", "--set", few, "--set",
+                    "particles.dilution=0.5", "--set", "particles." + setting});
+    };
+    const ProgramResult deep = with("extinction=500");
+    ASSERT_EQ(deep.code, 0) << deep.error;
+    EXPECT_NE(deep.error.find("sfumato: warning: shot.exr: particles: optical depths"), std::string::npos)
+        << deep.error;
+    const std::string remedy = after(deep.error, "--set particles.");
+    EXPECT_TRUE(remedy.starts_with("extinction=")) << deep.error;
+    const ProgramResult thin = with(remedy);
+    ASSERT_EQ(thin.code, 0) << thin.error;
+    EXPECT_EQ(thin.error.find("optical depths"), std::string::npos) << thin.error;
+}
+
 } // namespace sfumato::cli_tests

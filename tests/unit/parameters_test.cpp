@@ -269,11 +269,58 @@ TEST(Effects, describe_themselves) {
             EXPECT_TRUE(roles.insert(role.name).second) << role.name;
             EXPECT_GE(std::strlen(role.doc), 5u);
             EXPECT_TRUE(role.element_bytes > 0 && role.largest_bytes % role.element_bytes == 0);
+            EXPECT_TRUE(!role.shortfalls || role.is_output()) << "only what the device has written tells anything";
         }
         EXPECT_EQ(effect->images_size, effect->images.size() * sizeof(Image) + effect->buffers.size() * sizeof(Buffer))
             << "an image or buffer without a role";
     }
     EXPECT_EQ(find_effect("motion_blur"), nullptr);
+}
+
+// A remedy is a setting that the table takes, and the least that helps.
+TEST(Shortfalls, particles_tell_what_helps) {
+    const EffectInfo& effect = ParticleVolumeImages::effect();
+    const auto tell = [&](uint32_t pairs, uint32_t wanted, uint32_t overflow, ParticleVolumeParameters parameters) {
+        const ParticleStatistics statistics{900, 800, pairs, wanted, overflow, 0, 0, 0};
+        std::vector<std::string> remedies;
+        for (const BufferRole& role : effect.buffers)
+            for (const Shortfall& found :
+                 role.shortfalls ? role.shortfalls(&statistics, &parameters) : std::vector<Shortfall>{}) {
+                EXPECT_GT(found.excess, 0.0);
+                EXPECT_FALSE(found.text.empty());
+                const size_t equals = found.remedy.find('=');
+                if (equals != std::string::npos) {
+                    EXPECT_TRUE(set_parameter(*effect.parameters, &parameters, found.remedy.substr(0, equals),
+                                              found.remedy.substr(equals + 1)))
+                        << found.remedy;
+                }
+                remedies.push_back(found.remedy);
+            }
+        return remedies;
+    };
+    using Remedies = std::vector<std::string>;
+    ParticleVolumeParameters p;
+    p.count = 1000;
+    p.pairs_per_particle = 2;
+    EXPECT_EQ(tell(2100, 2100, 0, p), Remedies{});
+    EXPECT_EQ(tell(2100, 2101, 1, p), Remedies{"pairs_per_particle=3"});
+    EXPECT_EQ(tell(2100, 4100, 1, p), Remedies{"pairs_per_particle=4"});
+    EXPECT_EQ(tell(2100, 900000, 1, p), Remedies{"resolution=half"});
+    p.resolution = ParticleResolution::half;
+    EXPECT_EQ(tell(2100, 900000, 1, p), Remedies{"resolution=quarter"});
+    p.resolution = ParticleResolution::quarter;
+    EXPECT_EQ(tell(2100, 900000, 1, p), Remedies{""});
+    // More than the device can have.
+    p.resolution = ParticleResolution::full;
+    p.count = 4000000;
+    EXPECT_EQ(tell(67107840, 90000000, 1, p), Remedies{"resolution=half"});
+    // The deepest is at birth while mass is kept, at the end where the extinction stays.
+    p.radius_start = 0.5f;
+    p.radius_end = 2.0f;
+    p.dilution = 1.0f;
+    EXPECT_EQ(tell(1, 1, 2, p), Remedies{"extinction=15.8"});
+    p.dilution = 0.0f;
+    EXPECT_EQ(tell(1, 1, 2, p), Remedies{"extinction=3.96"});
 }
 
 } // namespace

@@ -63,6 +63,29 @@ TEST_F(ViewerHeadless, history_begins_where_render_begins_it) {
     expect_same(view(viewed), render(rendered), 1);
 }
 
+// A wall of two metres on the ground: occlusion reaches as far as render has it, not 1.5 metres.
+TEST_F(ViewerHeadless, a_model_looks_as_render_has_it) {
+    write("wall.gltf", R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "scene": 0, "nodes": [{"mesh": 0}],
+"materials": [{"doubleSided": true}],
+"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+"accessors": [
+  {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, 0, 0], "max": [1, 2, 0]},
+  {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+"bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+"buffers": [{"byteLength": 60, "uri": "data:application/octet-stream;base64,)"
+                       R"(AACAvwAAAAAAAAAAAACAPwAAAAAAAAAAAACAPwAAAEAAAAAAAACAvwAAAEAAAAAAAAABAAIAAAACAAMA"}]})");
+    const std::vector<std::string> common = {"wall.gltf", "--effects", "ambient-occlusion", "--size", size};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), common.begin(), common.end());
+        return more;
+    };
+    expect_same(view(with({})), render(with({"--outputs", "colour"})), 1);
+    const Pixels picture = view(with({"--right", "ambient-occlusion.visibility"}));
+    expect_same(picture, render(with({"--outputs", "visibility"})), 1);
+    const Pixels far = view(with({"--right", "ambient-occlusion.visibility", "--set", "ambient-occlusion.radius=1.5"}));
+    EXPECT_GT(compare(picture, far, 0, 0, width, height).largest, 8);
+}
+
 TEST_F(ViewerHeadless, viewpoint_and_other_pictures) {
     const std::string place = "3,2,5,0,1,0,50";
     const Pixels moved = view({"still", "--effects", "motion-blur", "--size", size, "--viewpoint", place});
@@ -124,6 +147,18 @@ TEST_F(ViewerHeadless, truth_is_gathered_turn_by_turn) {
     const auto rmse = [](const std::string& text) { return std::stod(text.substr(text.find("RMSE ") + 5)); };
     EXPECT_NEAR(rmse(said), rmse(compared), 5e-4);
     EXPECT_GT(rmse(said), 5e-3);
+}
+
+TEST_F(ViewerHeadless, what_the_picture_lacks_is_told) {
+    const auto said = [&](const std::string& room) {
+        return run({"view", "smoke-columns", "--effects", "particles", "--size", "96x54", "--headless", "-o",
+                    "view.png", "--set", "particles.count=3000", "--set", "particles.radius_end=1", "--set",
+                    "particles.pairs_per_particle=" + room})
+            .out;
+    };
+    const std::string narrow = said("1");
+    EXPECT_NE(narrow.find("room for 3384"), std::string::npos) << narrow;
+    EXPECT_EQ(said("64").find("room for"), std::string::npos);
 }
 
 TEST_F(ViewerHeadless, panels_lie_beside_the_picture) {

@@ -72,6 +72,15 @@ bool has(const std::vector<std::string>& list, const std::string& name) {
     return std::find(list.begin(), list.end(), name) != list.end();
 }
 
+// The words of a command line as a shell splits them; nothing here needs quotes.
+std::vector<std::string> words(const std::string& text) {
+    std::istringstream stream(text);
+    std::vector<std::string> result;
+    for (std::string word; stream >> word;)
+        result.push_back(word);
+    return result;
+}
+
 TEST(ViewerModel, starts_with_every_effect_and_those_of_the_scene_on) {
     const Model plain = make_model();
     EXPECT_EQ(plain.effects().size(), effects().size());
@@ -156,6 +165,52 @@ TEST(ViewerModel, a_preset_leaves_the_view_of_the_inside_alone) {
     EXPECT_EQ(value(blur, "debug_view"), 2.0);
 }
 
+// The chain that render makes of the same options is the viewer's, and what is chosen by hand stays.
+TEST(ViewerModel, a_model_chooses_what_render_chooses) {
+    const cli::SceneFit fit{0.25};
+    const auto adapted = [&](const cli::ChainOptions& options) {
+        auto model = Model::create(options);
+        EXPECT_TRUE(model) << (model ? "" : model.error().message);
+        model->adapt(options, fit);
+        auto chain = cli::make_chain(options);
+        EXPECT_TRUE(chain);
+        cli::adapt_chain(*chain, options, fit);
+        EXPECT_EQ(cli::parameters_text(model->effects().front().link), cli::parameters_text(chain->front()));
+        return *model;
+    };
+    Model model = adapted({"ambient-occlusion", "", {}, ""});
+    EffectSlot& occlusion = slot(model, "ambient-occlusion");
+    const ParameterInfo& radius = *occlusion.link.effect->parameters->find("radius");
+    EXPECT_FLOAT_EQ(static_cast<float>(value(occlusion, "radius")), 0.125f);
+    EXPECT_EQ(value(occlusion, "application"), 1.0) << "of the ambient light alone";
+    EXPECT_FALSE(model.is_changed(occlusion, radius));
+    model.set_value(occlusion, radius, 1.5); // the table's default is a choice as well
+    EXPECT_TRUE(model.is_changed(occlusion, radius));
+    EXPECT_TRUE(has(words(model.command_line({64, 36}, "out.png")), "ambient-occlusion.radius=1.5"));
+    model.reset_value(occlusion, radius);
+    EXPECT_FLOAT_EQ(static_cast<float>(value(occlusion, "radius")), 0.125f);
+    ASSERT_TRUE(model.choose_preset(occlusion, "high"));
+    EXPECT_FLOAT_EQ(static_cast<float>(value(occlusion, "radius")), 0.125f);
+    // Named on the command line: kept, until a preset takes its place.
+    Model by_hand = adapted({"ambient-occlusion", "", {"radius=1.5"}, ""});
+    EXPECT_EQ(value(slot(by_hand, "ambient-occlusion"), "radius"), 1.5);
+    ASSERT_TRUE(by_hand.choose_preset(slot(by_hand, "ambient-occlusion"), "high"));
+    EXPECT_FLOAT_EQ(static_cast<float>(value(slot(by_hand, "ambient-occlusion"), "radius")), 0.125f);
+    // Effects that are off are ready as well; a built-in scene leaves lengths alone.
+    Model other = adapted({"motion-blur", "", {}, ""});
+    EXPECT_FLOAT_EQ(static_cast<float>(value(slot(other, "ambient-occlusion"), "radius")), 0.125f);
+    Model builtin = make_model("ambient-occlusion");
+    builtin.adapt({}, {});
+    EXPECT_EQ(value(slot(builtin, "ambient-occlusion"), "radius"), 1.5);
+    EXPECT_EQ(value(slot(builtin, "ambient-occlusion"), "application"), 1.0);
+    // A file is whole.
+    const auto path = std::filesystem::temp_directory_path() / ("sfumato-adapt-" + std::to_string(getpid()) + ".toml");
+    ASSERT_TRUE(make_model("ambient-occlusion").save(path));
+    Model loaded = adapted({"ambient-occlusion", "", {}, path.string()});
+    EXPECT_EQ(value(slot(loaded, "ambient-occlusion"), "radius"), 1.5);
+    std::filesystem::remove(path);
+}
+
 TEST(ViewerModel, effects_change_places) {
     Model model = make_model("motion-blur,ambient-occlusion");
     model.move_effect(1, -1);
@@ -234,15 +289,6 @@ TEST(ViewerModel, parameters_go_to_a_file_and_come_back) {
     std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2 + 1);
     ASSERT_FALSE(make_model().load(path.string() + ".none"));
     std::filesystem::remove(path);
-}
-
-// The words of a command line as a shell splits them; nothing here needs quotes.
-std::vector<std::string> words(const std::string& text) {
-    std::istringstream stream(text);
-    std::vector<std::string> result;
-    for (std::string word; stream >> word;)
-        result.push_back(word);
-    return result;
 }
 
 std::string after(const std::vector<std::string>& list, const std::string& name) {

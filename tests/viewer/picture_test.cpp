@@ -16,9 +16,9 @@ class ViewerPicture : public testing::Test {
         auto device = apps::Device::create(options);
         ASSERT_TRUE(device) << device.error().message;
         device_ = std::move(*device);
-        const auto open = choose_scene({.scene = "still"});
-        ASSERT_TRUE(open);
-        auto renderer = PictureRenderer::create(*device_, *open);
+        const auto chosen = choose_scene({.scene = "still"});
+        ASSERT_TRUE(chosen);
+        auto renderer = PictureRenderer::create(*device_, chosen->open);
         ASSERT_TRUE(renderer) << renderer.error().message;
         renderer_ = std::move(*renderer);
         request_.extent = {96, 54};

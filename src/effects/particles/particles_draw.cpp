@@ -217,8 +217,7 @@ void plan_particle_draw(Planner& planner, const ParticleDrawInputs& in) {
     d.side = static_cast<uint32_t>(p.shadow_resolution);
     // A few particles may be large: every tile may be touched by a number of them whatever the count.
     const uint64_t wanted = uint64_t{in.capacity} * static_cast<uint32_t>(p.pairs_per_particle) + 16 * d.tiles();
-    // As many as one row of workgroups takes, a thousand each.
-    d.room = static_cast<uint32_t>(std::min<uint64_t>(wanted, uint64_t{65535} * 1024));
+    d.room = static_cast<uint32_t>(std::min<uint64_t>(wanted, most_pairs));
     d.by_rank = p.mode == ParticleMode::half_angle;
     d.backward = draws_backward(in.frame, p);
     d.perspective = in.frame.camera->projection[11] != 0.0f;

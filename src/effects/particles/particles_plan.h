@@ -40,6 +40,13 @@ struct ParticleDrawInputs {
     Extent extent;                    // of the colour
 };
 
+// Room for pairs of particle and tile: as many as one row of workgroups takes, a thousand each.
+inline constexpr uint64_t most_pairs = uint64_t{65535} * 1024;
+
+// What a frame of simulated particles lacks.
+std::vector<Shortfall> particle_shortfalls(const ParticleStatistics& statistics,
+                                           const ParticleVolumeParameters& parameters);
+
 void plan_particle_draw(Planner& planner, const ParticleDrawInputs& inputs);
 
 Plan plan_particles(const Frame& frame, const ParticleVolumeParameters& parameters, const ParticleVolumeImages& images);

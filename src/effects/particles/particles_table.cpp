@@ -128,12 +128,15 @@ constexpr PresetOverride smoke[] = {{"extinction", "1.6"}, {"albedo_r", "0.55"},
 constexpr PresetOverride steam[] = {{"extinction", "1.2"}, {"albedo_r", "0.98"}, {"albedo_g", "0.98"},
                                     {"albedo_b", "0.99"},  {"gravity", "-1"},    {"lifetime", "3"},
                                     {"speed", "3"},        {"phase", "0.5"},     {"scattering_octaves", "3"}};
-constexpr PresetOverride explosion[] = {{"emitter", "sphere"}, {"burst", "30000"},       {"rate", "0"},
-                                        {"warm_up", "0"},      {"speed", "6"},           {"spread", "180"},
-                                        {"drag", "3"},         {"gravity", "-1.5"},      {"extinction", "1"},
-                                        {"albedo_r", "0.35"},  {"albedo_g", "0.33"},     {"albedo_b", "0.32"},
-                                        {"emission", "4"},     {"emission_time", "0.2"}, {"radius_start", "0.08"},
-                                        {"radius_end", "0.4"}, {"curl_strength", "1.5"}, {"curl_octaves", "3"}};
+// All of a burst cools at the same time: what goes on burning in its middle shines through the gaps of its smoke.
+constexpr PresetOverride explosion[] = {
+    {"emitter", "sphere"},    {"count", "40960"},    {"burst", "9000"},     {"pairs_per_particle", "64"},
+    {"rate", "14000"},        {"lifetime", "2"},     {"warm_up", "0"},      {"speed", "4.5"},
+    {"spread", "180"},        {"drag", "4"},         {"gravity", "-1.5"},   {"curl_strength", "5"},
+    {"curl_scale", "1"},      {"curl_octaves", "3"}, {"extinction", "2.5"}, {"dilution", "0.7"},
+    {"radius_start", "0.08"}, {"radius_end", "0.4"}, {"albedo_r", "0.35"},  {"albedo_g", "0.33"},
+    {"albedo_b", "0.32"},     {"ambient", "0.08"},   {"emission", "10"},    {"scattering_octaves", "2"},
+    {"emission_time", "0.13"}};
 constexpr PresetOverride low[] = {
     {"count", "16384"},           {"rate", "2500"},    {"extinction", "4"},       {"layers", "12"},
     {"shadow_resolution", "128"}, {"sort_bits", "16"}, {"resolution", "quarter"}, {"curl_octaves", "1"}};
@@ -148,7 +151,7 @@ constexpr Preset presets[] = {
      half_angle},
     {"smoke", "Grey smoke that rises and curls.", smoke},
     {"steam", "White steam under pressure that thins quickly.", steam},
-    {"explosion", "A burst that glows, then turns to dark smoke.", explosion},
+    {"explosion", "A blast that billows and turns to dark smoke, with fire at its heart.", explosion},
     {"low", "Least time.", low},
     {"medium", "Half resolution and fewer layers.", medium},
     {"high", "A quarter of a million particles.", high},
@@ -187,7 +190,11 @@ constexpr BufferRole buffer_roles[] = {
     {"sprites", "the host's own particles (ParticleSprite) instead of simulated ones", ImageUse::optional_input,
      sizeof(ParticleSprite), uint64_t{most_particles} * sizeof(ParticleSprite), buffer<&I::sprites>},
     {"statistics", "what was drawn (one ParticleStatistics)", ImageUse::optional_output, sizeof(ParticleStatistics),
-     sizeof(ParticleStatistics), buffer<&I::statistics>},
+     sizeof(ParticleStatistics), buffer<&I::statistics>,
+     [](const void* contents, const void* parameters) {
+         return particle_shortfalls(*static_cast<const ParticleStatistics*>(contents),
+                                    *static_cast<const ParticleVolumeParameters*>(parameters));
+     }},
 };
 
 constexpr ParameterTable particles_table = parameter_table<P>("particles", rows, presets);
