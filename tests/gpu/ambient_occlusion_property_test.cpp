@@ -444,6 +444,46 @@ TEST_F(AmbientOcclusionProperty, OcclusionLastsToTheEdgesOfTheScreen) {
     }
 }
 
+// Along a wall that does not change upwards visibility does not either, however steeply it is seen: the filter must
+// find that texels of half resolution lie on one plane, though their depths are those of pixels that lie askew.
+TEST_F(AmbientOcclusionProperty, NoPatternOnSteepWallsAtHalfResolution) {
+    const std::pair<Frame, std::array<double, 3>> cases[] = {{perspective_frame(extent, 1.0), {1, 0, 0}},
+                                                             {orthographic_frame(extent, 6.0), {1, 0, 0.2}}};
+    for (const auto& [frame, normal] : cases) {
+        OcclusionInput corner = plane_input(frame, extent, normal, 2.0);
+        const OcclusionInput back = plane_input(frame, extent, {0, 0, 1}, 6.0);
+        const auto is_wall = [&](uint32_t x, uint32_t y) { return *corner.depth.at(x, y) < *back.depth.at(x, y); };
+        std::vector<uint32_t> columns; // of the wall, within the radius of the corner
+        for (uint32_t x = 0; x < extent.width; ++x)
+            if (*back.depth.at(x, 0) - *corner.depth.at(x, 0) < 2.5f && is_wall(x, 0))
+                columns.push_back(x);
+        for (uint32_t y = 0; y < extent.height; ++y)
+            for (uint32_t x = 0; x < extent.width; ++x)
+                if (!is_wall(x, y)) {
+                    *corner.depth.at(x, y) = *back.depth.at(x, y);
+                    std::copy_n(back.normal.at(x, y), 3, corner.normal.at(x, y));
+                }
+        AmbientOcclusionParameters p;
+        expect_done(apply_preset(AmbientOcclusionParameters::table(), &p, "medium"), "apply_preset");
+        p.radius = 1.5f;
+        const FloatImage visibility = occlude(corner, p).visibility;
+        double largest = 0.0, darkest = 1.0;
+        ASSERT_GT(columns.size(), 4u);
+        for (const uint32_t x : columns) {
+            double sum = 0.0, squares = 0.0, count = 0.0;
+            for (uint32_t y = extent.height / 3; y < extent.height * 2 / 3; ++y, ++count) {
+                const double value = *visibility.at(x, y);
+                sum += value;
+                squares += value * value;
+                darkest = std::min(darkest, value);
+            }
+            largest = std::max(largest, std::sqrt(std::max(squares / count - sum * sum / count / count, 0.0)));
+        }
+        EXPECT_LT(darkest, 0.85);
+        EXPECT_LT(largest, 0.003);
+    }
+}
+
 // The same normals in world space, octahedral, and of another length give the same picture; where they are not numbers
 // they are derived.
 TEST_F(AmbientOcclusionProperty, KindsOfNormalsDoNotMatter) {

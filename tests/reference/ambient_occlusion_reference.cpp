@@ -427,11 +427,24 @@ double AmbientOcclusionReference::estimate(int x, int y) const {
     return 1.0 + known * (visibility - 1.0);
 }
 
+// The ray through the middle meets the plane of the surface.
+double AmbientOcclusionReference::depth_in_middle(int x, int y) const {
+    const DepthTexel& here = level(0).at(x, y);
+    if (!is_half() || here.z == sky || parameters_.upsample == OcclusionUpsample::soma)
+        return here.z;
+    const Place n = centre(x, y).n, p = position(here.x, here.y, here.z);
+    const Place a = position(2 * x + 1.0, 2 * y + 1.0, 1.0), b = position(2 * x + 1.0, 2 * y + 1.0, 2.0);
+    const double z = 1.0 + dot(n, p - a) / dot(n, b - a);
+    if (!perspective_)
+        return std::clamp(z, here.z - 0.1 * double{parameters_.radius}, here.z + 0.1 * double{parameters_.radius});
+    return here.z / std::clamp(here.z / z, 0.8, 1.25);
+}
+
 OcclusionSignal AmbientOcclusionReference::estimates() const {
     OcclusionSignal signal(working_width(), working_height());
     for (int y = 0; y < signal.height; ++y)
         for (int x = 0; x < signal.width; ++x)
-            signal.at(x, y) = {estimate(x, y), level(0).at(x, y).z, 1.0, 0.0};
+            signal.at(x, y) = {estimate(x, y), depth_in_middle(x, y), 1.0, 0.0};
     return signal;
 }
 

@@ -82,6 +82,8 @@ class AmbientOcclusionReference {
 
     // ------------------------------------------------------------------------------ estimator
     double estimate(int x, int y) const; // at a working texel
+    // View depth that filters take the texel to have: at half resolution that of its middle, on the surface's plane.
+    double depth_in_middle(int x, int y) const;
     OcclusionSignal estimates() const;
 
     // ------------------------------------------------------------------------------ filters

@@ -24,6 +24,7 @@ layout(constant_id = 21) const bool direct = false; // from the host's depth ins
 layout(constant_id = 22) const bool device_depth = false;
 layout(constant_id = 23) const bool same_size = false; // normals and depth
 layout(constant_id = 24) const bool moving_noise = false;
+layout(constant_id = 25) const bool in_middle = false; // the depth that filters compare
 
 layout(set = 0, binding = 0) uniform sampler2D pyramid;
 layout(set = 0, binding = 1) uniform sampler2D normal_image;
@@ -130,6 +131,18 @@ Centre make_centre(ivec2 p, float z) {
     c.radius = excess > 1.0 ? 1.0 / c.inverse_radius : constants.radius;
     c.inverse_depth = inverse_depth;
     return c;
+}
+
+// Planar depth in the middle of the four pixels that a texel of half resolution stands for, on the surface's plane:
+// filters compare texels as if they lay on a grid, and the pixels that were taken do not. Normals of shading may be far
+// off the surface's own, hence the limit.
+float planar_in_middle(Centre c, ivec2 p, float z) {
+    const vec2 way = (vec2(2 * p + 1) - c.pixel) * constants.pixel_to_view.xy;
+    if (!perspective)
+        return z + clamp(dot(c.n.xy, way) / c.n.z, -0.1 * constants.radius, 0.1 * constants.radius);
+    const vec2 ray = c.pixel * constants.pixel_to_view.xy + constants.pixel_to_view.zw;
+    const float factor = 1.0 + dot(c.n.xy, way) / min(dot(c.n.xy, ray) - c.n.z, -1e-4);
+    return clamp(factor, 0.8, 1.25) / z;
 }
 
 // Where a tap looks. Taps are aimed and fetched several at a time: what one of them waits for, all wait for at once.
@@ -262,7 +275,7 @@ Signal estimate(ivec2 p, float z, out vec3 bent) {
     // A radius below a pixel finds nothing but rounding: it fades out.
     visibility = mix(1.0, visibility, clamp((c.radius_pixels / working_pixel - 1.0) * 0.5, 0.0, 1.0));
     s.visibility = visibility;
-    s.w = planar(z);
+    s.w = in_middle ? planar_in_middle(c, p, z) : planar(z);
     s.shadow = 1.0;
     s.count = sum.weight > 0.0 ? clamp(sum.danger / sum.weight * 124.0, 0.0, 31.0) : 0.0;
     return s;
