@@ -85,10 +85,10 @@ Result<void> PictureRenderer::prepare(const PictureRequest& request) {
     auto runner = cli::EffectRunner::create(device_, *context_, chain_);
     if (!runner)
         return runner.error();
-    runner_ = std::move(*runner);
-    auto report = runner_->create_report();
+    auto report = (*runner)->create_report();
     if (!report)
         return report.error();
+    runner_ = std::move(*runner);
     report_ = std::move(*report);
     if (auto prepared = runner_->prepare(request.extent); !prepared)
         return prepared;
