@@ -107,6 +107,7 @@ struct ParticleVolumeParameters {
     float scattering_blur = 0.0f;
     int scattering_octaves = 1;
     ParticleResolution resolution = ParticleResolution::full;
+    float simplification = 0.5f;
     ParticleSortBits sort_bits = ParticleSortBits::bits_24;
     float soft_distance = 0.2f;
     float near_fade = 0.3f;

@@ -4,7 +4,7 @@
 layout(local_size_x = 256) in;
 
 layout(constant_id = 0) const uint light_count = 1u;
-layout(constant_id = 1) const bool needs_view = true; // only what is in view is sorted
+layout(constant_id = 1) const bool needs_view = true; // only what is drawn is sorted
 
 layout(set = 0, binding = 0) readonly buffer Sprites { vec4 data[]; } sprites;
 layout(set = 0, binding = 1) buffer Facts { uint data[]; } facts;
@@ -37,8 +37,10 @@ void main() {
             break;
         const vec4 a = sprites.data[3u * index], b = sprites.data[3u * index + 1u], c = sprites.data[3u * index + 2u];
         const bool alive = is_alive(a, b, c);
-        const bool in_view = alive && project(a.xyz, a.w).in_view;
-        const bool is_sorted = alive && (!needs_view || in_view);
+        const Disc disc = project(a.xyz, a.w);
+        const bool in_view = alive && disc.in_view;
+        const bool is_drawn = in_view && stand_in(index, disc.radius, 2.0 * a.w * b.w).depth > 0.0;
+        const bool is_sorted = alive && (is_drawn || !needs_view);
         flags.data[index] = is_sorted ? 1u : 0u;
         if (is_sorted) {
             const float key = sort_depth(a.xyz);

@@ -29,3 +29,30 @@ Disc project(vec3 position, float radius) {
 }
 
 float sort_depth(vec3 position) { return dot(constants.sort_axis.xyz, position) + constants.sort_axis.w; }
+
+// At half and quarter resolution what is small and thin is drawn by some of its number, which are larger and denser
+// (Cook, Halstead, Planck, Ryu, Stochastic Simplification of Aggregate Detail, SIGGRAPH 2007): the mean optical depth
+// stays. All are drawn of particles of that radius, in working pixels, and of those so dense that each can be seen.
+const float full_detail_radius = 8.0;
+const float full_detail_depth = 0.25;
+
+// What a particle's optical depth and radius are multiplied by; nothing of it is left where others stand for it. The
+// same ones stay as the camera moves, and they come and go by degrees.
+struct StandIn {
+    float depth;
+    float radius;
+};
+
+StandIn stand_in(uint index, float radius, float optical_depth) {
+    const float size = radius / full_detail_radius;
+    // Where particles of optical depth t overlap, to draw a share s of them adds t (1/s - 1) of their sum to its variance.
+    const float variance = constants.simplification * (1.0 - optical_depth / full_detail_depth);
+    if (size >= 1.0 || variance <= 0.0)
+        return StandIn(1.0, 1.0);
+    const float share = clamp(max(size * size, optical_depth / (optical_depth + variance)), 1.0 / 16.0, 1.0);
+    const float ramp = max(0.5 * share * (1.0 - share), 1e-6);
+    const float place = float(index * 2654435769u) * (1.0 / 4294967296.0); // evenly spread among neighbours
+    // Density makes up for most of what is missing, area for the rest: fewer pixels than before, yet no coarse grain.
+    const float area = inversesqrt(sqrt(share));
+    return StandIn(clamp((share - place) / ramp, 0.0, 1.0) / ((share - 0.5 * ramp) * area), sqrt(area));
+}

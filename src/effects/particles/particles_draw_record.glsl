@@ -162,9 +162,11 @@ void main() {
     const uint index = sorted.data[rank];
     const Sprite s = unpack_sprite(sprites.data[3u * index], sprites.data[3u * index + 1u],
                                    sprites.data[3u * index + 2u]);
-    const Disc disc = project(s.position, s.radius);
+    Disc disc = project(s.position, s.radius);
+    const StandIn stand = stand_in(index, disc.radius, 2.0 * s.radius * s.extinction);
+    disc.radius *= stand.radius;
     const float radius = max(disc.radius, 1.0);
-    const uint tiles = disc.in_view ? tiles_touched(disc.middle, radius) : 0u;
+    const uint tiles = disc.in_view && stand.depth > 0.0 ? tiles_touched(disc.middle, radius) : 0u;
     touched.data[rank] = tiles;
     if (tiles == 0u)
         return;
@@ -180,7 +182,7 @@ void main() {
         lit = Lit(hue(float(slice) * 0.381966) * ((slice & 1u) == 0u ? 1.0 : 0.6), vec4(0));
     }
     // Optical depth fades in behind the near plane; a disc smaller than a pixel is drawn as large as one, and thinner.
-    float depth = s.radius * s.extinction * disc.radius * disc.radius / (radius * radius);
+    float depth = stand.depth * s.radius * s.extinction * disc.radius * disc.radius / (radius * radius);
     if (constants.near_range > 0.0)
         depth *= clamp((disc.depth - constants.near_start) / constants.near_range, 0.0, 1.0);
     if (radius < exact_radius)

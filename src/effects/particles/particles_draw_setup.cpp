@@ -164,6 +164,7 @@ ParticleDrawConstants particle_draw_constants(const Frame& frame, const Particle
     c.layer_spread = p.scattering_blur;
     // Light that spreads from texel to texel goes on from the same depth.
     c.row_shift = p.scattering_blur > 0.0f ? 0.0f : 0.5f;
+    c.simplification = p.resolution == ParticleResolution::full ? 0.0f : 0.12f * p.simplification;
     c.shadow_map_bias = 1e-3f;
     c.depth_tolerance = 0.05f;
     c.time_step = frame.time_step;

@@ -108,6 +108,9 @@ constexpr ParameterInfo rows[] = {
                                       "Orders of scattering, each half as strong and shadowed half as much."),
     parameter<&P::resolution>("resolution", resolutions,
                               "Of the image of the particles; the scene's edges stay sharp."),
+    parameter<&P::simplification>("simplification", "", 0.0, 1.0,
+                                  "At half and quarter resolution: how far small, thin particles may be drawn by some "
+                                  "of their number, denser by as much; 0 draws all."),
     parameter<&P::sort_bits>("sort_bits", sort_bits, "Of the depth that particles are sorted by.", parameter_advanced),
     parameter<&P::soft_distance>("soft_distance", "m", 0.0, 10.0,
                                  "Before a surface in which particles fade, so that they do not cut it."),
