@@ -78,8 +78,51 @@ TEST_F(AmbientOcclusionHistory, NoHaloInTheEnlargement) {
         return total / static_cast<double>(count);
     };
     EXPECT_LT(std::fabs(halo(OcclusionUpsample::relative)), 0.02);
+    p.half_depth = HalfDepthChoice::checkerboard; // as in the presets: SOMA's weights need both sides of an edge nearby
     EXPECT_LT(std::fabs(halo(OcclusionUpsample::soma)), 0.02);
+    EXPECT_LT(std::fabs(halo(OcclusionUpsample::relative)), 0.02);
     EXPECT_GT(halo(OcclusionUpsample::bilinear), 0.025);
+}
+
+// A box that floats close above a floor, its lower edge within the blocks of four pixels. Every column is like the next
+// one, and so must be its occlusion; with a checkerboard of near and far depths every second column lacks the darkest
+// floor.
+TEST_F(AmbientOcclusionHistory, NoTeethBelowAnEdgeAtHalfResolution) {
+    constexpr uint32_t edge = 77; // the first row of the floor
+    OcclusionInput input = plane_input(perspective_frame(extent, 1.0), extent, {0, 0, 1}, 3.0);
+    for (uint32_t y = edge; y < extent.height; ++y)
+        for (uint32_t x = 0; x < extent.width; ++x) {
+            *input.depth.at(x, y) = 1.0f / ((static_cast<float>(y) + 0.5f) / extent.height - 0.5f);
+            float* normal = input.normal.at(x, y);
+            normal[0] = normal[2] = 0.0f;
+            normal[1] = 1.0f;
+        }
+    ASSERT_GT(*input.depth.at(0, edge), 3.2f);
+    const auto teeth = [&](const char* preset, HalfDepthChoice choice) {
+        AmbientOcclusionParameters p;
+        expect_done(apply_preset(AmbientOcclusionParameters::table(), &p, preset), "apply_preset");
+        EXPECT_EQ(p.resolution, OcclusionResolution::half) << preset;
+        p.radius = 1.0f;
+        p.half_depth = choice;
+        const OcclusionOutput visibility = occlude(input, p);
+        double largest = 0.0, darkest = 1.0;
+        for (uint32_t y = edge; y < extent.height; ++y) {
+            double sum = 0.0, squares = 0.0, count = 0.0;
+            for (uint32_t x = extent.width / 3; x < extent.width * 2 / 3; ++x, ++count) {
+                const double value = visibility.at(x, y);
+                sum += value;
+                squares += value * value;
+                darkest = std::min(darkest, value);
+            }
+            largest = std::max(largest, std::sqrt(std::max(squares / count - sum * sum / count / count, 0.0)));
+        }
+        EXPECT_LT(darkest, 0.7) << preset;
+        std::printf("  %s: %.4f\n", preset, largest);
+        return largest;
+    };
+    for (const char* preset : {"low", "medium", "high", "dx11", "hbao"})
+        EXPECT_LT(teeth(preset, AmbientOcclusionParameters().half_depth), 0.01) << preset;
+    EXPECT_GT(teeth("high", HalfDepthChoice::checkerboard), 0.03);
 }
 
 // ------------------------------------------------------------------------------------------- disocclusion

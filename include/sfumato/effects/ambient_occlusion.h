@@ -51,7 +51,7 @@ struct AmbientOcclusionParameters {
     int iterations = 1;
 
     OcclusionResolution resolution = OcclusionResolution::full;
-    HalfDepthChoice half_depth = HalfDepthChoice::checkerboard;
+    HalfDepthChoice half_depth = HalfDepthChoice::nearest;
     DepthMips depth_mips = DepthMips::centre;
     float mip_rate = 3.0f;
     DepthStorage depth_storage = DepthStorage::full;

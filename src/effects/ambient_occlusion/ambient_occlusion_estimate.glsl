@@ -185,15 +185,18 @@ vec3 way_to(Centre c, Aim a, float z) {
     return vec3((perspective ? ray * z : ray) - c.p.xy, -z - c.p.z);
 }
 
-float falloff(float t) {
-    t = min(t, 1.0);
+// Of a length in radii, given its square: most need no root.
+float falloff(float squared) {
+    squared = min(squared, 1.0);
+    const float left = 1.0 - squared;
+    const float linear = 1.0 - squared * inversesqrt(max(squared, 1e-30));
     switch (falloff_kind) {
-    case 0: return t < 1.0 ? 1.0 : 0.0;
-    case 1: return 1.0 - t;
-    case 2: return 1.0 - t * t;
-    case 3: return (1.0 - t * t) * (1.0 - t * t) * (1.0 - t * t);
-    case 4: return (1.0 - t) * (1.0 - t);
-    default: return 1.0 - t * t * t * t;
+    case 0: return squared < 1.0 ? 1.0 : 0.0;
+    case 1: return linear;
+    case 2: return left;
+    case 3: return left * left * left;
+    case 4: return linear * linear;
+    default: return 1.0 - squared * squared;
     }
 }
 

@@ -88,7 +88,7 @@ void add_tap(Centre c, Slice s, Side side, vec3 d, inout float horizon, inout Fo
     if (!(squared < c.radius * c.radius && rise > 0.0 && rise * rise > constants.bias * constants.bias * squared))
         return;
     const vec2 direction = vec2(side.way * dot(d, s.across), dot(d, c.v));
-    const float weight = falloff_kind == 0 ? 1.0 : falloff(sqrt(squared) * c.inverse_radius);
+    const float weight = falloff_kind == 0 ? 1.0 : falloff(squared * c.inverse_radius * c.inverse_radius);
     float share = 0.0;
     if (kind == 1) {
         const float sine = direction.y * inversesqrt(max(dot(direction, direction), 1e-30));

@@ -11,13 +11,15 @@ const uint at_once = taps % 4 == 0 || in_pairs ? 4 : 3;
 float obscurance_of(Centre c, vec3 d) {
     const float squared = dot(d, d);
     const float inverse_length = inversesqrt(max(squared, 1e-30));
-    const float t = squared * inverse_length * c.inverse_radius;
     const float elevation = dot(d, c.n) * inverse_length;
+    const float t = squared * inverse_length * c.inverse_radius;
+    if (falloff_kind == 1)
+        return max(1.0 - t, 0.0) * max(elevation - constants.bias, 0.0);
     if (falloff_kind == 3) {
         // SAO: (r² - d²)³ max(v·n - bias, 0) / (d² + ε), lengths in radii.
-        return falloff(t) * max(elevation * t - constants.bias, 0.0) / (t * t + 0.01);
+        return falloff(t * t) * max(elevation * t - constants.bias, 0.0) / (t * t + 0.01);
     }
-    return falloff(t) * max(elevation - constants.bias, 0.0);
+    return falloff(t * t) * max(elevation - constants.bias, 0.0);
 }
 
 void add_obscurance(Centre c, vec2 noise, inout Sum sum) {

@@ -66,7 +66,9 @@ constexpr ParameterInfo rows[] = {
     parameter<&P::animate_noise>("animate_noise", "A new pattern every frame, for temporal filters."),
     parameter<&P::iterations>("iterations", "", 1, 16, "Runs the estimator again with other noise and averages."),
     parameter<&P::resolution>("resolution", resolutions, "Whether the estimate is made at full or half resolution."),
-    parameter<&P::half_depth>("half_depth", half_depths, "Which of four depths stands for them at half resolution.",
+    parameter<&P::half_depth>("half_depth", half_depths,
+                              "Which of four depths stands for them at half resolution: the nearest keeps thin things "
+                              "and straight edges, a checkerboard of nearest and farthest both sides of an edge.",
                               parameter_advanced),
     parameter<&P::depth_mips>("depth_mips", depth_mips,
                               "Coarser depths for distant taps: none, picked on a rotated grid, averages that lean to "
@@ -150,11 +152,8 @@ constexpr PresetOverride hbao_crease[] = {
     {"radius", "0.3"},   {"bias", "0.17"},         {"filter_radius", "7"}, {"filter_sigma", "4"},
 };
 constexpr PresetOverride hbao[] = {
-    {"measure", "hbao"},    {"falloff", "quadratic"},
-    {"slices", "3"},        {"steps", "6"},
-    {"bias", "0.17"},       {"resolution", "half"},
-    {"filter_radius", "4"}, {"filter_step", "2"},
-    {"filter_sigma", "4"},  {"full_resolution_filter", "true"},
+    {"measure", "hbao"}, {"falloff", "quadratic"}, {"slices", "3"},        {"steps", "6"},
+    {"bias", "0.17"},    {"resolution", "half"},   {"filter_radius", "3"}, {"filter_sigma", "2"},
 };
 constexpr PresetOverride hbao_16x16[] = {
     {"measure", "hbao"}, {"falloff", "quadratic"}, {"slices", "8"},         {"steps", "16"},
@@ -171,6 +170,7 @@ constexpr PresetOverride soma[] = {
     {"pattern", "growing-circle"},
     {"taps", "16"},
     {"resolution", "half"},
+    {"half_depth", "checkerboard"},
     {"animate_noise", "true"},
     {"filter_radius", "2"},
     {"filter_sigma", "2"},
@@ -189,6 +189,7 @@ constexpr PresetOverride soma_spatial[] = {
     {"pattern", "growing-circle"},
     {"taps", "16"},
     {"resolution", "half"},
+    {"half_depth", "checkerboard"},
     {"filter_radius", "8"},
     {"filter_sigma", "5"},
     {"filter_weight", "limit"},
@@ -216,7 +217,7 @@ constexpr Preset presets[] = {
     {"dx11", "Vicarious Visions' version for DirectX 11: 9 taps on a spiral, depth mips, any radius.", dx11},
     {"sao", "Scalable ambient obscurance: 11 taps with its own falloff.", sao},
     {"hbao-crease", "HBAO with a small radius: creases.", hbao_crease},
-    {"hbao", "HBAO, 6 directions of 6 steps at half resolution, filtered at full.", hbao},
+    {"hbao", "HBAO, 6 directions of 6 steps at half resolution.", hbao},
     {"hbao-16x16", "HBAO, 16 directions of 16 steps at full resolution.", hbao_16x16},
     {"hbao-16x64", "HBAO, 16 directions of 64 steps at full resolution.", hbao_16x64},
     {"soma", "SOMA: 16 taps at half resolution, smoothed by temporal blur.", soma},
