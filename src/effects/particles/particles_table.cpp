@@ -137,13 +137,13 @@ constexpr PresetOverride steam[] = {{"extinction", "1.2"}, {"albedo_r", "0.98"},
                                     {"speed", "3"},        {"phase", "0.5"},     {"scattering_octaves", "3"}};
 // All of a burst cools at the same time: what goes on burning in its middle shines through the gaps of its smoke.
 constexpr PresetOverride explosion[] = {
-    {"emitter", "sphere"},    {"count", "40960"},    {"burst", "9000"},     {"pairs_per_particle", "64"},
-    {"rate", "14000"},        {"lifetime", "2"},     {"warm_up", "0"},      {"speed", "4.5"},
-    {"spread", "180"},        {"drag", "4"},         {"gravity", "-1.5"},   {"curl_strength", "5"},
-    {"curl_scale", "1"},      {"curl_octaves", "3"}, {"extinction", "2.5"}, {"dilution", "0.7"},
-    {"radius_start", "0.08"}, {"radius_end", "0.4"}, {"albedo_r", "0.35"},  {"albedo_g", "0.33"},
-    {"albedo_b", "0.32"},     {"ambient", "0.08"},   {"emission", "10"},    {"scattering_octaves", "2"},
-    {"emission_time", "0.13"}};
+    {"emitter", "sphere"},     {"count", "40960"},    {"burst", "9000"},     {"pairs_per_particle", "64"},
+    {"rate", "14000"},         {"lifetime", "2"},     {"warm_up", "0"},      {"speed", "4.5"},
+    {"spread", "180"},         {"drag", "4"},         {"gravity", "-1.5"},   {"curl_strength", "5"},
+    {"curl_scale", "1"},       {"curl_octaves", "3"}, {"extinction", "2.5"}, {"dilution", "0.7"},
+    {"radius_start", "0.08"},  {"radius_end", "0.4"}, {"albedo_r", "0.35"},  {"albedo_g", "0.33"},
+    {"albedo_b", "0.32"},      {"ambient", "0.08"},   {"emission", "10"},    {"scattering_octaves", "2"},
+    {"emission_time", "0.13"}, {"profile", "noise"}};
 constexpr PresetOverride low[] = {
     {"count", "16384"},           {"rate", "2500"},    {"extinction", "4"},       {"layers", "12"},
     {"shadow_resolution", "128"}, {"sort_bits", "16"}, {"resolution", "quarter"}, {"curl_octaves", "1"}};
