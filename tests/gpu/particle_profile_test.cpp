@@ -95,6 +95,26 @@ TEST_F(ParticleProfileTest, every_particle_holds_a_spheres_mass) {
         }
 }
 
+// Few pixels sample a pattern coarsely; the mean over particles is right all the same.
+TEST_F(ParticleProfileTest, small_ones_hold_it_on_the_mean) {
+    for (const auto profile : {ParticleProfile::noise, ParticleProfile::texture})
+        for (const float radius : {0.1f, 0.2f, 0.4f}) { // 4, 8, 16 pixels
+            ParticleShot shot = profile_shot(profile);
+            double worst = 0.0, sum = 0.0;
+            for (int number = 0; number < 24; ++number) {
+                shot.sprites.assign(static_cast<size_t>(number), sprite({0, 0, 0}, 0.0f, 0.0f));
+                shot.sprites.push_back(sprite({0.013f * static_cast<float>(number), 0.02f, 0}, radius, 0.4f / radius));
+                const double mass = optical_mass(shot.draw().transmittance) / sphere_mass(shot.sprites.back(), shot);
+                worst = std::max(worst, std::abs(mass - 1.0));
+                sum += mass;
+            }
+            std::printf("  profile %d, radius %.1f: %+.2f %% on the mean, %.2f %% at most\n", static_cast<int>(profile),
+                        double{radius}, 100.0 * (sum / 24.0 - 1.0), 100.0 * worst);
+            EXPECT_NEAR(sum / 24.0, 1.0, 0.01) << static_cast<int>(profile) << " " << radius;
+            EXPECT_LT(worst, 0.08) << static_cast<int>(profile) << " " << radius;
+        }
+}
+
 TEST_F(ParticleProfileTest, a_texture_holds_a_spheres_mass_whatever_its_size_and_scale) {
     ParticleShot shot = profile_shot(ParticleProfile::texture);
     shot.sprites = {sprite({0.01f, 0.02f, 0}, 1.2f, 0.3f)};
