@@ -120,6 +120,7 @@ struct LitPlane {
 struct Disc {
     double x, y, radius, depth, optical_depth, metres;
     const ParticleSprite* sprite;
+    uint32_t number;
 };
 
 struct View {
@@ -179,6 +180,8 @@ std::vector<Disc> discs_of(std::span<const ParticleSprite> sprites, const View& 
     const double nearest = near_plane(p), fade = double{parameters.near_fade};
     const double pixels = 0.5 * view.extent.height * std::abs(double{p[5]});
     for (const ParticleSprite& s : sprites) {
+        if (!is_alive(s))
+            continue;
         const Vec3 v = transform(view.camera.world_to_view, vec3_of(s.position));
         if (-v.z <= nearest)
             continue;
@@ -190,7 +193,8 @@ std::vector<Disc> discs_of(std::span<const ParticleSprite> sprites, const View& 
                -v.z,
                2.0 * double{s.radius} * double{s.extinction},
                double{s.radius},
-               &s};
+               &s,
+               static_cast<uint32_t>(&s - sprites.data())};
         const double grown = std::max(1.0, 1.0 / d.radius);
         d.radius *= grown, d.metres *= grown, d.optical_depth /= grown * grown;
         if (d.x + d.radius <= 0.0 || d.y + d.radius <= 0.0 || d.x - d.radius >= view.extent.width ||
@@ -256,6 +260,7 @@ struct Work {
     std::span<const float> depth;
     std::vector<std::vector<uint32_t>> tiles; // numbers of discs, near ones first
     uint32_t columns;
+    ParticleProfileTruth profile;
 };
 
 void bin(Work& work) {
@@ -288,7 +293,8 @@ uint64_t draw_pixel(const Work& work, ParticleTruth& truth, uint32_t px, uint32_
             continue;
         const double half = std::max(d.metres * std::sqrt(q), 0.5 * double{work.parameters.soft_distance});
         const double seen = std::clamp(0.5 * ((surface - d.depth) / half + 1.0), 0.0, 1.0);
-        const double alpha = 1.0 - std::exp(-d.optical_depth * std::sqrt(q) * seen);
+        const double spread = work.profile.at(d.number, (x - d.x) / d.radius, (y - d.y) / d.radius, d.radius);
+        const double alpha = 1.0 - std::exp(-d.optical_depth * spread * seen);
         if (alpha <= 0.0)
             continue;
         const ParticleSprite& s = *d.sprite;
@@ -316,11 +322,13 @@ uint64_t draw_pixel(const Work& work, ParticleTruth& truth, uint32_t px, uint32_
 
 ParticleTruth particle_truth(std::span<const ParticleSprite> sprites, const Frame& frame,
                              const ParticleVolumeParameters& parameters, Extent extent, std::span<const float> depth,
-                             unsigned threads) {
+                             unsigned threads, const ParticleTexture& texture) {
     std::vector<ParticleSprite> alive;
     std::ranges::copy_if(sprites, std::back_inserter(alive), is_alive);
-    Work work{make_view(*frame.camera, extent), parameters, {}, planes_of(alive, frame, parameters), depth, {}, 0};
-    work.discs = discs_of(alive, work.view, parameters);
+    Work work{
+        make_view(*frame.camera, extent),         parameters, {}, planes_of(alive, frame, parameters), depth, {}, 0,
+        ParticleProfileTruth(parameters, texture)};
+    work.discs = discs_of(sprites, work.view, parameters);
     bin(work);
     ParticleTruth truth;
     truth.extent = extent;

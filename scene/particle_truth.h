@@ -2,6 +2,7 @@
 // that it is compared on.
 #pragma once
 
+#include "scene/particle_profile.h"
 #include "sfumato/effects/particles.h"
 
 #include <array>
@@ -12,8 +13,8 @@
 namespace sfumato::scene {
 
 // What of ParticleVolumeParameters the truth follows: shadow colour, phase, octaves, ambient, soft distance, near fade,
-// the light where the frame has none. Sprites are drawn as discs that face the camera at their middle's depth, with a
-// sphere's optical depth.
+// the light where the frame has none, the profile. Sprites are drawn as discs that face the camera at their middle's
+// depth, with a sphere's optical depth or the profile's; they shadow as spheres.
 struct ParticleTruth {
     Extent extent;
     std::vector<double> colour;        // rgb, premultiplied: the light of the particles alone
@@ -24,10 +25,11 @@ struct ParticleTruth {
 // For every pixel, from near to far: C = Σ T α (albedo L + glow), with α = 1 - exp(-2 r σ √(1 - ρ²)), and L at the
 // fragment's own place: every particle whose middle is nearer the light takes away exp(-c τ), τ its optical depth along
 // the light's ray through that place. `depth`: linear view depth of the scene, extent's size, or empty for none.
-// `threads`: 1 and more; the result does not depend on it.
+// `threads`: 1 and more; the result does not depend on it. `texture`: for the profile of that name.
 ParticleTruth particle_truth(std::span<const ParticleSprite> sprites, const Frame& frame,
                              const ParticleVolumeParameters& parameters, Extent extent,
-                             std::span<const float> depth = {}, unsigned threads = 2);
+                             std::span<const float> depth = {}, unsigned threads = 2,
+                             const ParticleTexture& texture = {});
 
 // Root mean square, mean difference in shares of the truth's mean, and the 99th percentile of the absolute difference,
 // of the luminance of colours without alpha in rows of `stride` values a pixel.

@@ -158,6 +158,9 @@ void add_commands(CLI::App& app, Options& options, Texts& texts) {
         ->check(CLI::Range(1, 4194304));
     particles->add_option("--footprint", options.footprint, "Mean size of the particles that are timed, pixels; 16")
         ->check(CLI::Range(1.0, 1000.0));
+    particles
+        ->add_option("--profile", options.profile, "Profile of the particles that are timed: sphere, noise, texture")
+        ->check(CLI::IsMember({"sphere", "noise", "texture"}));
     particles->add_option("--frames", options.frames, "Frames that are timed; 100 (3 on a CPU)")
         ->check(CLI::Range(1, 100000));
     particles->add_option("--size", texts.sizes, "Size; 1920x1080 for times, 480x270 for quality (small on a CPU)");

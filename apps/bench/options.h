@@ -36,6 +36,7 @@ struct Options {
     std::vector<int> particle_counts; // of particles; none: by the device
     double footprint = 16.0;          // of particles that are timed, pixels across on the mean
     std::string part = "all";         // of particles: "quality", "times"
+    std::string profile = "sphere";   // of particles that are timed
     double budget_ms = 0.0;
     uint64_t seed = 1;
     int evaluations = 200;

@@ -15,9 +15,24 @@ namespace {
 constexpr double focal = 1.2; // image heights
 constexpr double distance = 4.0;
 
+constexpr Extent texture{256, 256};
+
 struct Images {
-    apps::HostImage colour, depth, output;
+    apps::HostImage colour, depth, output, profile;
 };
+
+// A ring with spokes.
+std::vector<float> texture_values() {
+    std::vector<float> values;
+    for (uint32_t y = 0; y < texture.height; ++y)
+        for (uint32_t x = 0; x < texture.width; ++x) {
+            const double u = 2.0 * (x + 0.5) / texture.width - 1.0, v = 2.0 * (y + 0.5) / texture.height - 1.0;
+            const double rho = u * u + v * v;
+            const double spokes = 1.0 + 0.5 * std::cos(7.0 * std::atan2(v, u));
+            values.push_back(static_cast<float>(std::max(0.0, rho * (1.0 - rho)) * spokes));
+        }
+    return values;
+}
 
 Result<Images> make_images(Rig& rig, Extent extent) {
     Images images;
@@ -30,6 +45,12 @@ Result<Images> make_images(Rig& rig, Extent extent) {
             return made.error();
         *image = std::move(*made);
     }
+    auto profile = device.create_image(VK_FORMAT_R32_SFLOAT, texture);
+    if (!profile)
+        return profile.error();
+    images.profile = std::move(*profile);
+    if (auto done = device.upload(images.profile, texture_values(), 1); !done)
+        return done.error();
     const size_t pixels = size_t{extent.width} * extent.height;
     if (auto done = device.upload(images.depth, std::vector<float>(pixels, 1e10f), 1); !done)
         return done.error();
@@ -103,6 +124,7 @@ Result<Run> run(Rig& rig, const ParticleVolumeParameters& parameters, Extent ext
     bound.colour = images->colour.image();
     bound.depth = images->depth.image();
     bound.output = images->output.image();
+    bound.profile = images->profile.image();
     bound.statistics = report->buffer();
     Frame frame;
     frame.camera = frame.previous_camera = scene::look_at({0, 0, distance}, {0, 0, 0}, focal, extent);
@@ -136,6 +158,12 @@ const char* name_of(ParticleMode mode) {
     return mode == ParticleMode::half_angle ? "half-angle 64" : "light-volume 32";
 }
 
+ParticleProfile profile_named(const std::string& name) {
+    return name == "noise"     ? ParticleProfile::noise
+           : name == "texture" ? ParticleProfile::texture
+                               : ParticleProfile::sphere;
+}
+
 } // namespace
 
 Result<Json> measure_particle_times(Rig& rig, const Options& options, const Output& output) {
@@ -154,7 +182,9 @@ Result<Json> measure_particle_times(Rig& rig, const Options& options, const Outp
         for (const auto mode : {ParticleMode::light_volume, ParticleMode::half_angle})
             for (const auto resolution : {ParticleResolution::full, ParticleResolution::half}) {
                 output.progress("particles: " + std::to_string(count));
-                const auto result = run(rig, ball(count, extent, mode, resolution, options.footprint), extent, frames);
+                ParticleVolumeParameters parameters = ball(count, extent, mode, resolution, options.footprint);
+                parameters.profile = profile_named(options.profile);
+                const auto result = run(rig, parameters, extent, frames);
                 if (!result)
                     return result.error();
                 const Statistics total = statistics(result->totals);
@@ -185,9 +215,12 @@ Result<Json> measure_particle_times(Rig& rig, const Options& options, const Outp
                                 {"passes", passes}});
             }
     output.print("Time, " + std::to_string(extent.width) + "x" + std::to_string(extent.height) + ", particles " +
-                 fixed(options.footprint, 0) +
-                 " px across: simulation, sorting, shadows, drawing; the sum of all passes\n" + table.text() + details);
-    return Json{{"extent", {extent.width, extent.height}}, {"footprint", options.footprint}, {"rows", rows}};
+                 fixed(options.footprint, 0) + " px across, profile " + options.profile +
+                 ": simulation, sorting, shadows, drawing; the sum of all passes\n" + table.text() + details);
+    return Json{{"extent", {extent.width, extent.height}},
+                {"footprint", options.footprint},
+                {"profile", options.profile},
+                {"rows", rows}};
 }
 
 Result<void> measure_particles(Rig& rig, const Options& options, const Output& output) {

@@ -95,6 +95,8 @@ bool uses_input(const ChainLink& link, const ImageRole& role) {
         return false;
     if (name == "normal" && choice_of(link, "normals") == "derived")
         return false;
+    if (name == "profile")
+        return choice_of(link, "profile") == "texture";
     if (name == "shadow")
         return find_role(*link.effect, "soft_shadow") == nullptr || contains(link.outputs, "soft_shadow");
     if (name == "ambient")

@@ -42,7 +42,8 @@ std::string last_component(const std::string& name) {
     return name.substr(name.rfind('.') + 1);
 }
 
-// Channels that bear the name of a role: "exclusion_mask", "layer_1.X" and "layer_1.Y", "View.layer_1.R" and so on.
+} // namespace
+
 media::ChannelGroup named_group(const media::ExrImage& image, std::string_view role) {
     static constexpr std::array<std::string_view, 14> order = {"R", "X", "U", "r", "x", "u", "G",
                                                                "Y", "V", "g", "y", "v", "B", "Z"};
@@ -67,8 +68,6 @@ media::ChannelGroup named_group(const media::ExrImage& image, std::string_view r
     }
     return {};
 }
-
-} // namespace
 
 Result<FrameLoader> FrameLoader::create(const EffectChain& chain, const LoaderOptions& options, Console& console) {
     auto cameras = CameraSource::open(options.camera);
@@ -200,7 +199,8 @@ namespace {
 // What was asked for cannot be made without it, though the effect can do without.
 bool is_asked_for(const ChainLink& link, const ImageRole& role) {
     const std::string_view name = role.name;
-    return (name == "shadow" || name == "ambient" || name == "colour") && role.is_optional() && uses_input(link, role);
+    return (name == "shadow" || name == "ambient" || name == "colour" || name == "profile") && role.is_optional() &&
+           uses_input(link, role);
 }
 
 } // namespace

@@ -31,6 +31,9 @@ struct LoadedFrame {
     Extent extent; // of the part that the result goes to
 };
 
+// Channels that bear the name of a role: "exclusion_mask", "layer_1.X" and "layer_1.Y", "View.layer_1.R" and so on.
+media::ChannelGroup named_group(const media::ExrImage& image, std::string_view role);
+
 struct LoaderOptions {
     ConventionOptions conventions;
     std::string camera;

@@ -26,6 +26,7 @@ struct RenderCommandOptions {
     std::string size = "960x540";
     ChainOptions chain;
     std::string particles; // preset of the particles that come before the other effects
+    std::string particle_texture;
     std::string truth;
     std::optional<double> truth_radius; // else the effect's, else 1.5
     std::string truth_falloff;          // else the effect's, else hard
@@ -215,6 +216,10 @@ Outcome run(RenderCommandOptions options, const Invocation& invocation, Console&
         return chosen.error();
     if (*format == "png" && has_effects && !writes_colour(*chain) && !writes_plane(*chain))
         return usage_error("a PNG holds colour or visibility, and --outputs names neither; write .exr");
+    auto texture = particle_texture(options.particle_texture, *chain);
+    if (!texture)
+        return texture.error();
+    options.request.particle_texture = std::move(*texture);
     if (!options.particles.empty() && !options.has_preroll)
         options.preroll = particles_preroll(*chain);
     const SceneFit fit = fit_of(*scene);
@@ -268,6 +273,8 @@ Command make_render(CLI::App& app) {
     add_text(app, "--effects,--apply", options->chain.effects, "Effects, left to right: motion-blur[,…]");
     add_text(app, "--particles", options->particles,
              "Particles before the other effects, with this preset (list presets particles)");
+    add_text(app, "--particle-texture", options->particle_texture,
+             "EXR of how a particle's depth is spread over its disc, for particles.profile=texture");
     add_chain_options(app, options->chain, options->save_config);
     add_text(
         app, "--truth", options->truth,

@@ -106,6 +106,19 @@ Result<void> SceneFrames::make_images() {
             return as_device(map.error());
         sun_map_ = std::move(*map);
     }
+    return make_profile();
+}
+
+Result<void> SceneFrames::make_profile() {
+    const RolePicture& texture = request_.particle_texture;
+    if (!texture.extent)
+        return {};
+    auto image = device_->create_image(float_format(1), texture.extent);
+    if (!image)
+        return as_device(image.error());
+    profile_ = std::move(*image);
+    if (auto done = device_->upload(profile_, texture.values, 1); !done)
+        return as_device(done.error());
     return {};
 }
 
@@ -126,6 +139,7 @@ RoleImages SceneFrames::role_images() const {
         roles[name] = image.image();
     roles["normals"] = image("normal");
     roles["shadow_map"] = sun_map_.image();
+    roles["profile"] = profile_.image();
     return roles;
 }
 

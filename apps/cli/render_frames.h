@@ -3,6 +3,7 @@
 
 #include "apps/cli/effect_runner.h"
 #include "apps/cli/render_file.h"
+#include "apps/cli/render_particles.h"
 #include "apps/cli/render_scene.h"
 
 namespace sfumato::cli {
@@ -20,6 +21,7 @@ struct RenderRequest {
     int samples = 2;
     bool all_passes = false;
     std::string device;
+    RolePicture particle_texture; // where the chain uses one
 };
 
 class SceneFrames {
@@ -39,6 +41,7 @@ class SceneFrames {
 
   private:
     Result<void> make_images();
+    Result<void> make_profile();
     Image image(const char* name) const;
     scene::SceneImages scene_images() const;
     RoleImages role_images() const;
@@ -56,6 +59,7 @@ class SceneFrames {
     std::unique_ptr<scene::SceneSource> source_;
     std::map<std::string, apps::HostImage> images_;
     apps::HostImage sun_map_; // where an effect asks for one and the scene has it
+    apps::HostImage profile_; // of particles, where they are asked for with one
 };
 
 } // namespace sfumato::cli

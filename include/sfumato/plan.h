@@ -48,7 +48,7 @@ inline constexpr ResourceId no_resource = ~0u;
 
 enum class AccessKind {
     fetch,  // combined image sampler, nearest, clamp to edge
-    filter, // combined image sampler, linear, clamp to edge
+    filter, // combined image sampler, linear, between mips too, clamp to edge
     write,  // storage image, written only
     buffer_read,
     buffer_write, // also read and atomics

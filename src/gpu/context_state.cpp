@@ -50,7 +50,7 @@ Result<void> ContextState::create_samplers() {
     for (VkSampler* sampler : {&nearest, &linear}) {
         VkSamplerCreateInfo create{VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO};
         create.magFilter = create.minFilter = sampler == &linear ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
-        create.mipmapMode = VK_SAMPLER_MIPMAP_MODE_NEAREST;
+        create.mipmapMode = sampler == &linear ? VK_SAMPLER_MIPMAP_MODE_LINEAR : VK_SAMPLER_MIPMAP_MODE_NEAREST;
         create.addressModeU = create.addressModeV = create.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
         create.maxLod = VK_LOD_CLAMP_NONE;
         if (VkResult r = vk.vkCreateSampler(info.device, &create, nullptr, sampler); r != VK_SUCCESS)

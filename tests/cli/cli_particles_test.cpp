@@ -16,7 +16,7 @@ media::ExrImage load(const std::filesystem::path& path) {
     return image ? std::move(*image) : media::ExrImage{};
 }
 
-const std::string few = "particles.count=3000";
+const std::string few = "particles.count=3000", large = "particles.radius_start=0.5"; // which shows what is on a disc
 
 double difference(const media::ExrImage& a, const media::ExrImage& b) {
     const auto *x = a.parts[0].find_channel("G"), *y = b.parts[0].find_channel("G");
@@ -52,11 +52,68 @@ TEST_F(CliParticles, smoke_rises_among_columns) {
     EXPECT_NE(wrong.error.find("did you mean 'smoke'"), std::string::npos) << wrong.error;
 }
 
+// A texture comes from a file for scenes, from a layer of the frames for frames.
+TEST_F(CliParticles, profiles_of_noise_and_of_a_file) {
+    const auto render = [&](const std::string& output, std::vector<std::string> more) {
+        std::vector<std::string> all = {"render", "smoke-columns", "--size", "96x54", "-q",  "--particles",
+                                        "smoke",  "--set",         few,      "--set", large, "-o"};
+        all.push_back(output);
+        all.insert(all.end(), more.begin(), more.end());
+        return run(all);
+    };
+    media::ExrImage texture;
+    texture.parts.emplace_back();
+    texture.parts[0].data_window = texture.parts[0].display_window = {0, 0, 15, 7};
+    std::vector<float> values(128, 0.0f);
+    values[36] = values[37] = values[60] = 1.0f;
+    texture.parts[0].set_channel("Y", values);
+    ASSERT_TRUE(media::write_exr(path("grey.exr"), texture));
+    texture.parts[0].set_channel("profile", std::vector<float>(128, 1.0f));
+    ASSERT_TRUE(media::write_exr(path("named.exr"), texture));
+    const std::vector<std::string> wanted = {"--set", "particles.profile=texture", "--particle-texture"};
+    const auto with = [&](const std::string& file) {
+        std::vector<std::string> all = wanted;
+        all.push_back(file);
+        return all;
+    };
+    ASSERT_EQ(render("sphere.exr", {}).code, 0);
+    ASSERT_EQ(render("noise.exr", {"--set", "particles.profile=noise"}).code, 0);
+    ASSERT_EQ(render("texture.exr", with("grey.exr")).code, 0);
+    ASSERT_EQ(render("layer.exr", with("named.exr")).code, 0);
+    EXPECT_GT(difference(load(path("sphere.exr")), load(path("noise.exr"))), 1e-5);
+    EXPECT_GT(difference(load(path("sphere.exr")), load(path("texture.exr"))), 1e-4);
+    EXPECT_GT(difference(load(path("texture.exr")), load(path("layer.exr"))), 1e-4);
+
+    const ProgramResult without = render("x.exr", {"--set", "particles.profile=texture"});
+    EXPECT_EQ(without.code, 2);
+    EXPECT_EQ(without.error, "sfumato: particles.profile=texture needs --particle-texture FILE\n");
+    const ProgramResult unused = render("x.exr", {"--particle-texture", "grey.exr"});
+    EXPECT_EQ(unused.code, 2);
+    EXPECT_NE(unused.error.find("--set particles.profile=texture"), std::string::npos) << unused.error;
+    EXPECT_EQ(render("x.exr", with("nowhere.exr")).code, 3);
+
+    const ProgramResult frames = run(
+        {"apply", "particles", "sphere.exr", "-o", "x.exr", "-q", "--set", few, "--set", "particles.profile=texture"});
+    EXPECT_EQ(frames.code, 3);
+    EXPECT_NE(frames.error.find("particles needs 'profile'"), std::string::npos) << frames.error;
+}
+
 TEST_F(CliParticles, particles_come_into_rendered_frames) {
     ASSERT_EQ(run({"render", "smoke-columns", "-o", "shot.exr", "--size", "96x54", "-q"}).code, 0);
     const ProgramResult done = run({"apply", "particles", "shot.exr", "-o", "smoke.exr", "--set", few});
     ASSERT_EQ(done.code, 0) << done.error;
     EXPECT_GT(difference(load(path("shot.exr")), load(path("smoke.exr"))), 0.001);
+    media::ExrImage with_profile = load(path("shot.exr"));
+    with_profile.parts[0].set_channel("profile", std::vector<float>(96 * 54, 1.0f));
+    ASSERT_TRUE(media::write_exr(path("textured.exr"), with_profile));
+    const auto with = [&](const std::string& profile) {
+        return run({"apply", "particles", "textured.exr", "-o", profile + ".exr", "-q", "--set", few, "--set", large,
+                    "--set", "particles.profile=" + profile});
+    };
+    ASSERT_EQ(with("sphere").code, 0);
+    const ProgramResult textured = with("texture");
+    ASSERT_EQ(textured.code, 0) << textured.error;
+    EXPECT_GT(difference(load(path("sphere.exr")), load(path("texture.exr"))), 1e-4);
 }
 
 namespace {

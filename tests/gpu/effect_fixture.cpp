@@ -30,6 +30,8 @@ constexpr const char* particle_looks[] = {
     "emission=20 emission_time=0.3 phase=0.5 burst=1000 time_scale=0.3 dilution=1",
     "resolution=half simplification=1 radius_start=0.04 radius_end=0.04 extinction=1 burst=1500",
     "mode=half-angle scattering_blur=0.1 scattering_octaves=3 slices=16",
+    "profile=noise profile_strength=0.9 profile_scale=2 radius_start=0.3 radius_end=1",
+    "profile=texture radius_start=0.3 radius_end=1",
     "emitter=box emitter_size=1 radius_end=1 count=1000 burst=1000 soft_distance=1 near_fade=4 pairs_per_particle=1",
 };
 

@@ -57,7 +57,8 @@ Frame ParticleShot::frame() const {
 }
 
 scene::ParticleTruth ParticleShot::truth() const {
-    return scene::particle_truth(sprites, frame(), parameters, extent, depth.values);
+    return scene::particle_truth(sprites, frame(), parameters, extent, depth.values, 2,
+                                 {profile.extent, profile.values});
 }
 
 ParticleImages ParticleShot::draw(int poison) const {
@@ -68,7 +69,7 @@ ParticleImages ParticleShot::draw(int poison) const {
     rig.set("colour", colour.values.empty() ? constant(4, 0.0f) : colour);
     rig.set("depth", depth.values.empty() ? constant(1, 1e10f) : depth);
     for (const auto& [name, image] :
-         {std::pair{"direct", &direct}, {"shadow_map", &shadow_map}, {"velocity", &velocity}})
+         {std::pair{"direct", &direct}, {"shadow_map", &shadow_map}, {"velocity", &velocity}, {"profile", &profile}})
         if (!image->values.empty())
             rig.set(name, *image);
     rig.optional_outputs = optional_outputs;

@@ -30,7 +30,7 @@ struct ParticleShot {
     std::vector<Light> lights;
     Camera camera, previous_camera;
     ParticleVolumeParameters parameters;
-    FloatImage colour, depth, direct, shadow_map, velocity;
+    FloatImage colour, depth, direct, shadow_map, velocity, profile;
     bool optional_outputs = false;
 
     ParticleShot();

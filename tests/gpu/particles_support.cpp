@@ -47,7 +47,7 @@ const std::vector<ParticleSprite>& ParticleSimulation::run(const Frame& frame) {
         }
     }
     place_barriers(plan);
-    const std::array host_images = {images.colour, images.depth, Image{}, Image{}, Image{}, images.output};
+    const std::array host_images = {images.colour, images.depth, Image{}, Image{}, Image{}, Image{}, images.output};
     const std::array buffers = {sprite_buffer_.buffer(), own_states_ ? state_buffer_.buffer() : Buffer{}};
     run_commands([&](VkCommandBuffer commands) {
         expect_done(executor_->execute(commands, plan, host_images, frame.index, frame.reset, buffers), "execute");

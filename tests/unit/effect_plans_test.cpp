@@ -51,6 +51,9 @@ void expect_sound(const EffectInfo& effect, const ParameterSet& parameters, cons
                 frame.reset = reset;
                 const auto images = make_images(effect, extent, optional);
                 const auto plan = plan_effect(effect, frame, parameters.data(), images.data());
+                // A choice may need an optional image, if it says which.
+                if (!plan && !optional && plan.error().message.find("' is missing") != std::string::npos)
+                    continue;
                 ASSERT_TRUE(plan) << what << ": " << plan.error().message;
                 EXPECT_EQ(check_plan(*plan), "") << what << " at " << extent_text(extent);
                 EXPECT_EQ(plan->effect, effect.name);

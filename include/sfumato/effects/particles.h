@@ -14,6 +14,7 @@ enum class ParticleEmitter { point, sphere, box, disc };
 enum class ParticleCollision { none, depth, analytic, both };
 enum class ParticleMode { light_volume, half_angle };
 enum class ParticleResolution { full, half, quarter };
+enum class ParticleProfile { sphere, noise, texture };
 enum class ParticleSortBits { bits_16, bits_24, bits_32 };
 enum class ParticleView { none, order, slices, shadow, layers, tiles, overflow };
 
@@ -85,6 +86,9 @@ struct ParticleVolumeParameters {
     float dilution = 1.0f;
     float fade_in = 0.05f;
     float fade_out = 0.4f;
+    ParticleProfile profile = ParticleProfile::sphere;
+    float profile_strength = 0.8f;
+    float profile_scale = 1.75f;
     float albedo_r = 0.8f;
     float albedo_g = 0.8f;
     float albedo_b = 0.8f;
@@ -127,6 +131,7 @@ struct ParticleVolumeImages {
     Image shadow_map;
     Image direct;
     Image velocity;
+    Image profile;
     Image output;
     Image velocity_output;
     Image transmittance;

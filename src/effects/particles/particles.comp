@@ -5,6 +5,7 @@
 
 #include "particles_shared.h"
 #include "numbers.glsl"
+#include "hash.glsl"
 #include "camera.glsl"
 
 layout(set = 1, binding = 0) uniform Constants { ParticleSimulateConstants constants; };

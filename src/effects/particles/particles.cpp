@@ -181,6 +181,12 @@ void plan_clock(Planner& planner, const SimulationResources& simulation) {
 
 } // namespace
 
+std::string check_particles(const ParticleVolumeParameters& parameters, const ParticleVolumeImages& images) {
+    if (parameters.profile == ParticleProfile::texture && !images.profile)
+        return "profile is texture, but image 'profile' is missing";
+    return "";
+}
+
 Plan plan_particles(const Frame& frame, const ParticleVolumeParameters& parameters,
                     const ParticleVolumeImages& images) {
     Planner planner("particles");
@@ -193,6 +199,7 @@ Plan plan_particles(const Frame& frame, const ParticleVolumeParameters& paramete
     inputs.shadow_map = host("shadow map", ParticleImage::shadow_map, images.shadow_map);
     inputs.direct = host("direct", ParticleImage::direct, images.direct);
     inputs.velocity = host("velocity", ParticleImage::velocity, images.velocity);
+    inputs.profile = host("profile", ParticleImage::profile, images.profile);
     inputs.output = host("output", ParticleImage::output, images.output);
     inputs.velocity_output = host("velocity output", ParticleImage::velocity_output, images.velocity_output);
     inputs.transmittance = host("transmittance", ParticleImage::transmittance, images.transmittance);

@@ -7,6 +7,7 @@
 #include "filters/radix_sort.h"
 #include "shaders/particles_composite.h"
 #include "shaders/particles_light.h"
+#include "shaders/particles_profile.h"
 #include "shaders/particles_tiles.h"
 
 #include <algorithm>
@@ -19,6 +20,8 @@ namespace {
 using gpu::ParticleDrawConstants;
 
 constexpr uint32_t facts_words = 96;
+constexpr uint32_t profile_side = 256; // of its table; particles_profile.glsl says it too
+constexpr uint32_t profile_places = 256;
 constexpr uint32_t record_bytes = 32;
 constexpr uint32_t tile_side = 16;
 
@@ -40,13 +43,15 @@ struct Drawing {
     bool backward = false;
     bool perspective = true;
     ResourceId facts = no_resource, sorted = no_resource, count = no_resource, volume = no_resource;
-    ResourceId records = no_resource, velocities = no_resource, touched = no_resource;
+    ResourceId records = no_resource, extras = no_resource, touched = no_resource, profile_table = no_resource;
     ResourceId ranks = no_resource, pairs = no_resource, ranges = no_resource, dropped = no_resource;
     ResourceId depths = no_resource, far = no_resource, near = no_resource, velocity = no_resource;
 
     bool has_velocity() const { return in.velocity_output != no_resource; }
     bool has_snapshots() const { return in.parameters.resolution != ParticleResolution::full; }
     bool scatters() const { return in.parameters.scattering_blur > 0.0f; }
+    bool has_profile() const { return drawn_profile(in.parameters) != ParticleProfile::sphere; }
+    uint32_t profile() const { return static_cast<uint32_t>(drawn_profile(in.parameters)); }
     uint32_t view() const { return static_cast<uint32_t>(in.parameters.debug_view); }
     uint32_t tiles() const { return blocks_of(working.width, tile_side) * blocks_of(working.height, tile_side); }
     ResourceId words(const char* name, uint64_t count_of) const { return planner.buffer(name, 4 * count_of); }
@@ -71,14 +76,32 @@ void clear(const Drawing& d, const char* name, ResourceId buffer, uint64_t words
     pass.dispatch = d.groups(static_cast<uint32_t>(words), 256 * 16);
 }
 
+// The profile's table, three levels a pass, and the mass of its parts.
+void plan_profile(Drawing& d) {
+    namespace shader = shaders::particles_profile;
+    const bool is_noise = drawn_profile(d.in.parameters) == ParticleProfile::noise;
+    d.profile_table = d.planner.transient("profile", VK_FORMAT_R16_SFLOAT, {profile_side, profile_side}, 6);
+    const auto level = [&](uint32_t mip) { return Access{d.profile_table, AccessKind::write, mip, false}; };
+    const auto levels = [&](uint32_t source, const Access& image, uint32_t mip) {
+        d.pass("profile", shader::table, {source}, {image, level(mip), level(mip + 1), level(mip + 2)},
+               {DispatchKind::groups, d.profile_table, mip, 0, {16, 16}});
+    };
+    levels(d.profile(), read(is_noise ? no_resource : d.in.profile), 0);
+    levels(0, {d.profile_table, AccessKind::fetch, 2}, 3);
+    d.pass("weigh profile", shader::weigh, {is_noise}, {{d.profile_table, AccessKind::fetch, 1}, write_buffer(d.facts)},
+           dispatch_groups(d.planner, is_noise ? profile_places : 1));
+}
+
 // Who is alive and in view, and the particles' numbers in the order of drawing.
 void plan_order(Drawing& d) {
     namespace shader = shaders::particles_draw;
     const uint32_t capacity = d.in.capacity;
-    d.facts = d.words("facts", facts_words);
+    d.facts = d.words("facts", facts_words + (d.has_profile() ? profile_places : 0));
     Pass& begin = d.planner.pass("begin", shader::begin);
     begin.accesses = {write_buffer(d.facts)};
     begin.dispatch = dispatch_groups(d.planner, 1);
+    if (d.has_profile())
+        plan_profile(d);
     const ResourceId flags = d.words("flags", capacity);
     d.pass("measure", shader::measure, {d.lights, !d.by_rank},
            {read_buffer(d.in.sprites), write_buffer(d.facts), write_buffer(flags)}, d.groups(capacity, 2048));
@@ -136,13 +159,14 @@ void plan_tiles(Drawing& d) {
     const uint32_t capacity = d.in.capacity;
     d.records = d.planner.buffer("records", uint64_t{capacity} * record_bytes);
     d.touched = d.words("tiles touched", capacity);
-    d.velocities = d.words("velocities", d.has_velocity() ? capacity : 1);
+    const uint32_t extras = (d.has_velocity() ? 1 : 0) + (d.has_profile() ? 1 : 0);
+    d.extras = d.words("velocities and patterns", std::max(uint64_t{capacity} * extras, uint64_t{1}));
     d.pass("light and record", shaders::particles_draw::record,
            {d.lights, d.by_rank, d.in.shadow_map != no_resource, d.view() <= 2 ? d.view() : 0, d.has_velocity(),
-            d.scatters()},
+            d.scatters(), d.profile()},
            {read_buffer(d.in.sprites), read_buffer(d.facts), read_buffer(d.sorted), read_buffer(d.count),
             read_buffer(d.volume), read(d.in.shadow_map), write_buffer(d.records), write_buffer(d.touched),
-            write_buffer(d.velocities)},
+            write_buffer(d.extras)},
            d.groups(capacity, 256));
     const PrefixSum places = plan_prefix_sum(d.planner, d.touched, {.capacity = capacity}, PrefixSumKind::exclusive);
     const ResourceId tiles = d.words("tiles", d.room), ranks = d.words("ranks", d.room);
@@ -176,9 +200,17 @@ void plan_draw(Drawing& d) {
                                  d.has_snapshots() ? d.working : Extent{1, 1});
     d.velocity = d.planner.transient("particles' velocity", VK_FORMAT_R16G16_SFLOAT,
                                      d.has_velocity() ? d.working : Extent{1, 1});
-    d.pass("draw", shaders::particles_tiles::draw, {d.backward, d.has_snapshots(), d.has_velocity(), d.perspective},
-           {read_buffer(d.ranges), read_buffer(d.ranks), read_buffer(d.records), read_buffer(d.velocities),
-            read(d.depths), write(d.far), write(d.near), write(d.velocity)},
+    d.pass("draw", shaders::particles_tiles::draw,
+           {d.backward, d.has_snapshots(), d.has_velocity(), d.perspective, d.profile()},
+           {read_buffer(d.ranges),
+            read_buffer(d.ranks),
+            read_buffer(d.records),
+            read_buffer(d.extras),
+            read(d.depths),
+            write(d.far),
+            write(d.near),
+            write(d.velocity),
+            {d.profile_table, AccessKind::filter, all_mips}},
            {DispatchKind::groups, d.far, 0, 0, {tile_side, tile_side}});
 }
 

@@ -61,6 +61,8 @@ const uint fact_space_words = 8u;
 const uint fact_alive = 64u;
 const uint fact_drawn = 65u; // in view
 const uint fact_words = 96u;
+// With a profile, of each place in its table: what the profile there holds over what a sphere's chords hold.
+const uint fact_profile = 96u;
 
 // The deepest optical depth that one particle adds: e^-16 is no light at all.
 const float deepest = 16.0;

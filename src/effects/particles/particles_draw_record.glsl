@@ -8,6 +8,7 @@ layout(constant_id = 2) const bool has_shadow_map = false;
 layout(constant_id = 3) const uint view = 0u; // ParticleView
 layout(constant_id = 4) const bool writes_velocity = false;
 layout(constant_id = 5) const bool scattering = false; // layers hold blurred light
+layout(constant_id = 6) const uint profile = 0u;       // ParticleProfile
 
 layout(set = 0, binding = 0) readonly buffer Sprites { vec4 data[]; } sprites;
 layout(set = 0, binding = 1) readonly buffer Facts { uint data[]; } facts;
@@ -17,11 +18,12 @@ layout(set = 0, binding = 4) readonly buffer Volume { uvec4 data[]; } volume;
 layout(set = 0, binding = 5) uniform sampler2D shadow_map;
 layout(set = 0, binding = 6) writeonly buffer Records { uvec4 data[]; } records; // two a particle
 layout(set = 0, binding = 7) writeonly buffer Touched { uint data[]; } touched;  // tiles
-layout(set = 0, binding = 8) writeonly buffer Velocities { uint data[]; } velocities;
+layout(set = 0, binding = 8) writeonly buffer Extras { uint data[]; } extras; // velocity, pattern: where there are any
 
 #include "particles_light_volume.glsl"
 #include "particles_light_lookup.glsl"
 #include "particles_tiles_disc.glsl"
+#include "particles_profile.glsl"
 
 // A glow's colour: it goes from red over yellow to white as it gets stronger, the way hot things do.
 vec3 glow(float strength) {
@@ -150,6 +152,15 @@ float pixel_mass_factor(vec2 middle, float radius) {
     return mass_factor(f, chord_sum(f));
 }
 
+// Which part of the profile's table the particle shows, and what makes its mass that of a sphere. By its slot, which it
+// keeps for life: its pattern stays whatever moves before or behind it.
+uint pattern_word(uint index) {
+    const uint pattern = pattern_of(index);
+    const uint place = profile == profile_noise ? place_of(pattern) : 0u;
+    const float mass = uintBitsToFloat(facts.data[fact_profile + place]);
+    return pattern << 16 | packHalf2x16(vec2(mass > least_mass ? 1.0 / mass : 0.0, 0)); // nothing stays nothing
+}
+
 void main() {
     const uint rank = gl_GlobalInvocationID.x;
     if (rank >= constants.capacity)
@@ -192,6 +203,9 @@ void main() {
     records.data[2u * rank] = uvec4(floatBitsToUint(disc.middle), floatBitsToUint(vec2(radius, disc.depth)));
     records.data[2u * rank + 1u] = uvec4(packHalf2x16(vec2(depth, colour.r)), packHalf2x16(colour.gb),
                                          packHalf2x16(lit.shape.xy), packHalf2x16(lit.shape.zw));
+    const uint words = uint(writes_velocity) + uint(profile != 0u);
     if (writes_velocity)
-        velocities.data[rank] = packHalf2x16(screen_velocity(s, disc, constants.time_step));
+        extras.data[words * rank] = packHalf2x16(screen_velocity(s, disc, constants.time_step));
+    if (profile != 0u)
+        extras.data[words * rank + words - 1u] = pattern_word(index);
 }

@@ -78,6 +78,14 @@ gpu::vec4 sort_axis(const Frame& frame, const ParticleVolumeParameters& paramete
     return vec4_of({-axis[0], -axis[1], -axis[2]}, dot(axis, {world[12], world[13], world[14]}));
 }
 
+void set_profile(ParticleDrawConstants& c, const ParticleVolumeParameters& p) {
+    const bool is_noise = p.profile == ParticleProfile::noise;
+    c.profile_strength = p.profile_strength;
+    c.profile_reach = is_noise ? p.profile_scale / 16.0f : 0.5f;
+    // Less than a pixel and a half a wisp cannot be seen.
+    c.profile_least = is_noise ? std::max(2.0f, p.profile_scale) : 2.0f;
+}
+
 } // namespace
 
 HalfAngle half_angle(const Direction& eye, const Direction& light) {
@@ -135,6 +143,10 @@ uint32_t key_bits(const ParticleVolumeParameters& parameters) {
     return 16u + 8u * static_cast<uint32_t>(parameters.sort_bits);
 }
 
+ParticleProfile drawn_profile(const ParticleVolumeParameters& parameters) {
+    return parameters.profile_strength > 0.0f ? parameters.profile : ParticleProfile::sphere;
+}
+
 Extent working_extent(Extent extent, ParticleResolution resolution) {
     const uint32_t factor = resolution_factor(resolution);
     return {(extent.width + factor - 1) / factor, (extent.height + factor - 1) / factor};
@@ -168,6 +180,7 @@ ParticleDrawConstants particle_draw_constants(const Frame& frame, const Particle
     c.shadow_map_bias = 1e-3f;
     c.depth_tolerance = 0.05f;
     c.time_step = frame.time_step;
+    set_profile(c, p);
     return c;
 }
 

@@ -34,6 +34,8 @@ float near_depth(const Matrix4& projection);
 uint32_t resolution_factor(ParticleResolution resolution); // 1, 2, 4
 uint32_t layer_count(const ParticleVolumeParameters& parameters);
 uint32_t key_bits(const ParticleVolumeParameters& parameters);
+// Whether particles are drawn by a profile of their own, and which: a sphere's, where its strength is 0.
+ParticleProfile drawn_profile(const ParticleVolumeParameters& parameters);
 Extent working_extent(Extent extent, ParticleResolution resolution);
 
 // Whether particles are drawn from far to near.

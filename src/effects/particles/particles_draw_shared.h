@@ -39,19 +39,19 @@ struct ParticleDrawConstants {
     float shadow_map_bias;
     float depth_tolerance; // relative difference of depth that enlarging takes for one surface
     float time_step;
-    uint capacity;        // sprites
-    uint room;            // for pairs of tile and particle
-    uint layers;          // of the shadow buffer, or slices
-    uint side;            // texels
-    uint step_light;      // of one step of scattering
-    uint step_layer;      // or the number of layers after the last
-    uint area;            // words of a layer in the shadow buffer: its texels, rounded up to a multiple of four
-    uint planes;          // layers that there is room for: rounded up likewise
-    float row_shift;      // of the layers in every second row of texels, by the layer
-    float simplification; // variance that drawing fewer particles may add to their optical depth, over it; 0: none
-    float unused_0;
-    float unused_1;
-    float unused_2;
+    uint capacity;          // sprites
+    uint room;              // for pairs of tile and particle
+    uint layers;            // of the shadow buffer, or slices
+    uint side;              // texels
+    uint step_light;        // of one step of scattering
+    uint step_layer;        // or the number of layers after the last
+    uint area;              // words of a layer in the shadow buffer: its texels, rounded up to a multiple of four
+    uint planes;            // layers that there is room for: rounded up likewise
+    float row_shift;        // of the layers in every second row of texels, by the layer
+    float profile_strength; // how far a disc's profile goes from the sphere's chord, 0 to 1
+    float profile_reach;    // a disc's radius in the profile's table, whose side is 1
+    float profile_least;    // radius below which the sphere's chord is drawn, pixels; from twice as much on the profile
+    float simplification;   // variance that drawing fewer particles may add to their optical depth, over it; 0: none
 };
 
 #ifdef __cplusplus

@@ -14,6 +14,7 @@ enum class ParticleImage : uint32_t {
     shadow_map,
     direct,
     velocity,
+    profile,
     output,
     velocity_output,
     transmittance,
@@ -31,6 +32,7 @@ struct ParticleDrawInputs {
     ResourceId shadow_map = no_resource;
     ResourceId direct = no_resource;
     ResourceId velocity = no_resource;
+    ResourceId profile = no_resource;
     ResourceId output = no_resource;
     ResourceId velocity_output = no_resource;
     ResourceId transmittance = no_resource;
@@ -46,6 +48,9 @@ inline constexpr uint64_t most_pairs = uint64_t{65535} * 1024;
 // What a frame of simulated particles lacks.
 std::vector<Shortfall> particle_shortfalls(const ParticleStatistics& statistics,
                                            const ParticleVolumeParameters& parameters);
+
+// The first thing that is missing, or "".
+std::string check_particles(const ParticleVolumeParameters& parameters, const ParticleVolumeImages& images);
 
 void plan_particle_draw(Planner& planner, const ParticleDrawInputs& inputs);
 

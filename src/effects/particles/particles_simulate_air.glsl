@@ -7,12 +7,6 @@ layout(constant_id = 4) const uint curl_octaves = 2;
 // Makes the root mean square speed 1.
 const float curl_normalisation = 1.663;
 
-uint mix_bits(uint h) {
-    h = (h ^ h >> 16) * 0x7feb352du;
-    h = (h ^ h >> 15) * 0x846ca68bu;
-    return h ^ h >> 16;
-}
-
 uint lattice_hash(ivec3 cell, uint salt) {
     return mix_bits(uint(cell.x) * 0x9e3779b1u ^ uint(cell.y) * 0x85ebca77u ^ uint(cell.z) * 0xc2b2ae3du ^ salt);
 }

@@ -13,6 +13,7 @@ constexpr const char* emitters[] = {"point", "sphere", "box", "disc"};
 constexpr const char* collisions[] = {"none", "depth", "analytic", "both"};
 constexpr const char* modes[] = {"light-volume", "half-angle"};
 constexpr const char* resolutions[] = {"full", "half", "quarter"};
+constexpr const char* profiles[] = {"sphere", "noise", "texture"};
 constexpr const char* sort_bits[] = {"16", "24", "32"};
 constexpr const char* views[] = {"none", "order", "slices", "shadow", "layers", "tiles", "overflow"};
 
@@ -76,6 +77,12 @@ constexpr ParameterInfo rows[] = {
                             "Whether a particle thins as it grows: 1 keeps its mass, 0 its extinction."),
     parameter<&P::fade_in>("fade_in", "of the lifetime", 0.0, 1.0, "In which a particle becomes dense."),
     parameter<&P::fade_out>("fade_out", "of the lifetime", 0.0, 1.0, "In which it dissolves at the end."),
+    parameter<&P::profile>(
+        "profile", profiles,
+        "How a particle's depth is spread over its disc: as a sphere's, in wisps of noise, or as the "
+        "image 'profile' says."),
+    parameter<&P::profile_strength>("profile_strength", "", 0.0, 1.0, "How far that goes from a sphere's."),
+    parameter<&P::profile_scale>("profile_scale", "", 1.0, 6.0, "Wisps of noise across a radius."),
     parameter<&P::albedo_r>("albedo_r", "", 0.0, 1.0, "Share of red light that is scattered, not absorbed."),
     parameter<&P::albedo_g>("albedo_g", "", 0.0, 1.0, "Share of green light that is scattered, not absorbed."),
     parameter<&P::albedo_b>("albedo_b", "", 0.0, 1.0, "Share of blue light that is scattered, not absorbed."),
@@ -133,13 +140,13 @@ constexpr PresetOverride steam[] = {{"extinction", "1.2"}, {"albedo_r", "0.98"},
                                     {"speed", "3"},        {"phase", "0.5"},     {"scattering_octaves", "3"}};
 // All of a burst cools at the same time: what goes on burning in its middle shines through the gaps of its smoke.
 constexpr PresetOverride explosion[] = {
-    {"emitter", "sphere"},    {"count", "40960"},    {"burst", "9000"},     {"pairs_per_particle", "64"},
-    {"rate", "14000"},        {"lifetime", "2"},     {"warm_up", "0"},      {"speed", "4.5"},
-    {"spread", "180"},        {"drag", "4"},         {"gravity", "-1.5"},   {"curl_strength", "5"},
-    {"curl_scale", "1"},      {"curl_octaves", "3"}, {"extinction", "2.5"}, {"dilution", "0.7"},
-    {"radius_start", "0.08"}, {"radius_end", "0.4"}, {"albedo_r", "0.35"},  {"albedo_g", "0.33"},
-    {"albedo_b", "0.32"},     {"ambient", "0.08"},   {"emission", "10"},    {"scattering_octaves", "2"},
-    {"emission_time", "0.13"}};
+    {"emitter", "sphere"},     {"count", "40960"},    {"burst", "9000"},     {"pairs_per_particle", "64"},
+    {"rate", "14000"},         {"lifetime", "2"},     {"warm_up", "0"},      {"speed", "4.5"},
+    {"spread", "180"},         {"drag", "4"},         {"gravity", "-1.5"},   {"curl_strength", "5"},
+    {"curl_scale", "1"},       {"curl_octaves", "3"}, {"extinction", "2.5"}, {"dilution", "0.7"},
+    {"radius_start", "0.08"},  {"radius_end", "0.4"}, {"albedo_r", "0.35"},  {"albedo_g", "0.33"},
+    {"albedo_b", "0.32"},      {"ambient", "0.08"},   {"emission", "10"},    {"scattering_octaves", "2"},
+    {"emission_time", "0.13"}, {"profile", "noise"}};
 constexpr PresetOverride low[] = {
     {"count", "16384"},           {"rate", "2500"},    {"extinction", "4"},       {"layers", "12"},
     {"shadow_resolution", "128"}, {"sort_bits", "16"}, {"resolution", "quarter"}, {"curl_octaves", "1"}};
@@ -182,6 +189,8 @@ constexpr ImageRole roles[] = {
      image<&I::direct>},
     {"velocity", "pixels per frame, current minus previous, +x right, +y down: of the scene behind the particles",
      ImageUse::optional_input, 2, true, image<&I::velocity>},
+    {"profile", "how optical depth is spread over a particle's disc, which touches the image's sides",
+     ImageUse::optional_input, 1, false, image<&I::profile>},
     {"output", "the colour with the particles and their shadow", ImageUse::output, 3, false, image<&I::output>},
     {"velocity_output", "velocity of scene and particles, each by its share of what is seen", ImageUse::optional_output,
      2, true, image<&I::velocity_output>},
@@ -214,7 +223,10 @@ constexpr EffectInfo particles_effect = {
         return plan_particles(frame, *static_cast<const ParticleVolumeParameters*>(parameters),
                               *static_cast<const ParticleVolumeImages*>(images));
     },
-    nullptr,
+    [](const Frame&, const void* parameters, const void* images) {
+        return check_particles(*static_cast<const ParticleVolumeParameters*>(parameters),
+                               *static_cast<const ParticleVolumeImages*>(images));
+    },
     buffer_roles,
 };
 

@@ -7,15 +7,19 @@ layout(constant_id = 0) const bool backward = false;  // blends over, from far t
 layout(constant_id = 1) const bool snapshots = false; // also what lies before the nearest depth of the pixel's block
 layout(constant_id = 2) const bool has_velocity = false;
 layout(constant_id = 3) const bool perspective = true;
+layout(constant_id = 4) const uint profile = 0u; // ParticleProfile
 
 layout(set = 0, binding = 0) readonly buffer Ranges { uvec2 data[]; } ranges;
 layout(set = 0, binding = 1) readonly buffer Ranks { uint data[]; } ranks;
 layout(set = 0, binding = 2) readonly buffer Records { uvec4 data[]; } records;
-layout(set = 0, binding = 3) readonly buffer Velocities { uint data[]; } velocities;
+layout(set = 0, binding = 3) readonly buffer Extras { uint data[]; } extras; // velocity, pattern: where there are any
 layout(set = 0, binding = 4) uniform sampler2D depth_image; // nearest and farthest of the block
 layout(set = 0, binding = 5) uniform writeonly image2D far_image;
 layout(set = 0, binding = 6) uniform writeonly image2D near_image;
 layout(set = 0, binding = 7) uniform writeonly image2D velocity_image;
+layout(set = 0, binding = 8) uniform sampler2D profile_table;
+
+#include "particles_profile.glsl"
 
 const float opaque = 1.0 / 1024.0; // transmittance below which nothing more is seen
 const uint blocks = 8u;
@@ -25,6 +29,8 @@ shared vec4 shape[256];   // middle, 1 / radius, optical depth of half the spher
 shared uvec4 look[256];   // view depth, radius in scene units, colour as halves
 shared uvec2 light[256];  // how it varies over the disc, as halves
 shared uint moved[256];
+const uint patterns = profile != 0u ? 256u : 1u;
+shared uvec4 pattern[patterns]; // turn, middle in the table, shares of chord and profile, level
 shared uint hits[blocks * words];
 shared uint unfinished;
 
@@ -39,6 +45,28 @@ uint blocks_hit(vec2 middle, float radius) {
     return mask;
 }
 
+// What a disc of that radius, in pixels, needs of its pattern. Discs too small to show it are spheres; those twice as
+// large show all of it.
+uvec4 unpack_pattern(uint word, float radius) {
+    const uint bits = word >> 16;
+    const float share = constants.profile_strength * clamp(radius / constants.profile_least - 1.0, 0.0, 1.0);
+    const vec2 middle = profile == profile_noise ? place_middle(place_of(bits), constants.profile_reach) : vec2(0.5);
+    const float texels = constants.profile_reach * profile_side / radius; // a pixel
+    return uvec4(packSnorm2x16(turn_of(bits)), packUnorm2x16(middle),
+                 packHalf2x16(vec2(1.0 - share, share * unpackHalf2x16(word).x)),
+                 floatBitsToUint(clamp(log2(texels), 0.0, float(profile_levels) - 1.0)));
+}
+
+// Optical depth over that through a sphere's middle, at `d` radii from it, where the sphere's chord is `root`.
+float profile_at(uint i, vec2 d, float root) {
+    const uvec4 p = pattern[i];
+    const vec2 turn = unpackSnorm2x16(p.x), shares = unpackHalf2x16(p.z);
+    const vec2 turned = vec2(turn.x * d.x - turn.y * d.y, turn.y * d.x + turn.x * d.y);
+    const vec2 at = unpackUnorm2x16(p.y) + constants.profile_reach * turned;
+    const float value = textureLod(profile_table, at, uintBitsToFloat(p.w)).x;
+    return shares.x * root + shares.y * value * (profile == profile_noise ? root : 1.0);
+}
+
 void stage(uint pair, vec2 origin) {
     const uint thread = gl_LocalInvocationIndex;
     const uint rank = ranks.data[pair];
@@ -51,8 +79,11 @@ void stage(uint pair, vec2 origin) {
     shape[thread] = vec4(middle, 1.0 / radius, 1.442695 * unpackHalf2x16(packed.x).x);
     look[thread] = uvec4(floatBitsToUint(vec2(depth, metres)), packed.xy);
     light[thread] = packed.zw;
+    const uint extra = uint(has_velocity) + uint(profile != 0u);
     if (has_velocity)
-        moved[thread] = velocities.data[rank];
+        moved[thread] = extras.data[extra * rank];
+    if (profile != 0u)
+        pattern[thread] = unpack_pattern(extras.data[extra * rank + extra - 1u], radius);
     const uint mask = blocks_hit(middle, radius);
     [[unroll]] for (uint i = 0u; i < blocks; ++i)
         if ((mask >> i & 1u) != 0u)
@@ -115,7 +146,10 @@ void main() {
                 const uvec4 l = look[i];
                 const vec2 reach = uintBitsToFloat(l.xy);
                 const float root = sqrt(q);
-                const float optical_depth = s.w * root;
+                float spread = root;
+                if (profile != 0u)
+                    spread = profile_at(i, d, root);
+                const float optical_depth = s.w * spread;
                 const vec2 slopes = unpackHalf2x16(light[i].x), curves = unpackHalf2x16(light[i].y);
                 const float lit = max(1.0 + dot(slopes, d) + dot(curves, d * d - 0.2), 0.0);
                 const vec3 colour = vec3(unpackHalf2x16(l.z).y, unpackHalf2x16(l.w)) * lit;
