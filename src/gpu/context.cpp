@@ -60,6 +60,11 @@ Result<std::unique_ptr<Context>> Context::create(const ContextInfo& info) {
     state->timestamp_period = properties.limits.timestampPeriod;
     state->max_side = properties.limits.maxImageDimension2D;
     state->largest_buffer = properties.limits.maxStorageBufferRange;
+    state->most_bindings.storage_buffers = properties.limits.maxPerStageDescriptorStorageBuffers;
+    state->most_bindings.storage_images = properties.limits.maxPerStageDescriptorStorageImages;
+    state->most_bindings.sampled_images =
+        std::min(properties.limits.maxPerStageDescriptorSampledImages, properties.limits.maxPerStageDescriptorSamplers);
+    state->most_bindings.all = properties.limits.maxPerStageResources;
     state->uniform_alignment = std::max<uint64_t>(16, properties.limits.minUniformBufferOffsetAlignment);
     VkPhysicalDeviceSubgroupProperties subgroup{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
     VkPhysicalDeviceProperties2 more{VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2, &subgroup};

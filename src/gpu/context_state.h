@@ -56,7 +56,14 @@ struct ContextState {
     uint32_t max_side = 4096;      // of a 2D image
     uint64_t uniform_alignment = 256;
     uint64_t largest_buffer = 1 << 27; // that a binding may have
-    bool subgroups = false;            // arithmetic and ballots in compute shaders, four wide or more
+    // What one shader may bind: at the least what Vulkan guarantees.
+    struct {
+        uint32_t storage_buffers = 4;
+        uint32_t storage_images = 4;
+        uint32_t sampled_images = 16;
+        uint32_t all = 128;
+    } most_bindings;
+    bool subgroups = false; // arithmetic and ballots in compute shaders, four wide or more
     VkSampler nearest = VK_NULL_HANDLE;
     VkSampler linear = VK_NULL_HANDLE;
     VkDescriptorSetLayout constants_layout = VK_NULL_HANDLE;
@@ -99,6 +106,7 @@ struct ContextState {
   private:
     Result<VkDeviceMemory> allocate(const VkMemoryRequirements& needs, VkMemoryPropertyFlags preferred,
                                     VkMemoryPropertyFlags required);
+    Result<void> check_limits(const Pass& pass) const;
     Result<Pipeline> create_pipeline(const Plan& plan, const Pass& pass);
     Result<void> create_views(DeviceImage& image);
     Result<void> create_samplers();

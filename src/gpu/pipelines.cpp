@@ -1,6 +1,8 @@
 // Compute pipelines, made when a pass first needs them and checked against the shader's SPIR-V.
 #include "gpu/context_state.h"
 
+#include <algorithm>
+
 namespace sfumato {
 
 VkDescriptorType descriptor_type(AccessKind kind) {
@@ -55,6 +57,31 @@ Result<void> check_bindings(const Plan& plan, const Pass& pass, const ShaderInte
 
 } // namespace
 
+// Vulkan guarantees four storage buffers and four storage images a shader; some passes bind more, as desktop devices
+// allow.
+Result<void> ContextState::check_limits(const Pass& pass) const {
+    const auto count = [&](VkDescriptorType type) {
+        return static_cast<uint32_t>(std::count_if(pass.accesses.begin(), pass.accesses.end(),
+                                                   [&](const Access& a) { return descriptor_type(a.kind) == type; }));
+    };
+    const struct {
+        uint32_t wanted, allowed;
+        const char* things;
+    } needs[] = {
+        {count(VK_DESCRIPTOR_TYPE_STORAGE_BUFFER), most_bindings.storage_buffers, "storage buffers"},
+        {count(VK_DESCRIPTOR_TYPE_STORAGE_IMAGE), most_bindings.storage_images, "storage images"},
+        {count(VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER), most_bindings.sampled_images, "sampled images"},
+        {static_cast<uint32_t>(pass.accesses.size()) + (pass.constants.empty() ? 0u : 1u), most_bindings.all,
+         "resources"},
+    };
+    for (const auto& need : needs)
+        if (need.wanted > need.allowed)
+            return Error{ErrorCode::unsupported, "pass " + pass.name + " binds " + std::to_string(need.wanted) + " " +
+                                                     need.things + "; a shader of this device may bind " +
+                                                     std::to_string(need.allowed)};
+    return {};
+}
+
 Result<const Pipeline*> ContextState::pipeline(const Plan& plan, const Pass& pass) {
     std::vector<uint64_t> key = {reinterpret_cast<uint64_t>(shader_of(pass).code.data()), pass.accesses.size(),
                                  pass.constants.empty() ? 0u : 1u};
@@ -75,6 +102,8 @@ Result<Pipeline> ContextState::create_pipeline(const Plan& plan, const Pass& pas
     if (!shader)
         return shader.error();
     if (auto checked = check_bindings(plan, pass, *shader); !checked)
+        return checked.error();
+    if (auto checked = check_limits(pass); !checked)
         return checked.error();
     Pipeline result;
     result.local_size = shader->local_size;

@@ -253,6 +253,38 @@ TEST_F(ExecutorFrames, defects_and_missing_images_are_errors) {
     expect_image(shown, [](uint32_t, uint32_t) { return 1.0f; });
 }
 
+// Vulkan guarantees few bindings a shader: a device that has no more gets an error, not an invalid pipeline.
+TEST_F(ExecutorFrames, passes_that_bind_more_than_the_device_allows_are_refused) {
+    const auto shown = blank({4, 4});
+    Planner planner("wide");
+    const ResourceId output = planner.host("output", 0, shown.image());
+    const ResourceId a = planner.transient("a", real, {4, 4});
+    const ResourceId b = planner.transient("b", real, {4, 4});
+    fill(planner, a, 1.0f);
+    fill(planner, b, 2.0f);
+    combine(planner, a, b, output);
+    const Plan plan = std::move(planner).finish();
+    const auto message = [&](const auto& lower) {
+        const auto context = make_context();
+        const auto executor = make_executor(*context);
+        lower(context->state().most_bindings);
+        std::string result;
+        run_commands([&](VkCommandBuffer commands) {
+            const auto done = executor->execute(commands, plan, std::array{shown.image()}, 0, false);
+            result = done ? "" : done.error().message;
+            EXPECT_TRUE(done || done.error().code == ErrorCode::unsupported);
+        });
+        return result;
+    };
+    const std::string end = "; a shader of this device may bind ";
+    EXPECT_EQ(message([](auto& most) { most.sampled_images = 1; }),
+              "wide: pass combine binds 2 sampled images" + end + "1");
+    EXPECT_EQ(message([](auto& most) { most.storage_images = 0; }),
+              "wide: pass fill binds 1 storage images" + end + "0");
+    EXPECT_EQ(message([](auto& most) { most.all = 2; }), "wide: pass combine binds 3 resources" + end + "2");
+    EXPECT_EQ(message([](auto& most) { most.sampled_images = 2, most.storage_images = 1, most.all = 3; }), "");
+}
+
 TEST_F(ExecutorFrames, contexts_refuse_what_they_cannot_use) {
     const auto error_of = [](const std::function<void(ContextInfo&)>& change) {
         ContextInfo info = device().context_info();
