@@ -164,6 +164,9 @@ void add_commands(CLI::App& app, Options& options, Texts& texts) {
     particles->add_option("--frames", options.frames, "Frames that are timed; 100 (3 on a CPU)")
         ->check(CLI::Range(1, 100000));
     particles->add_option("--size", texts.sizes, "Size; 1920x1080 for times, 480x270 for quality (small on a CPU)");
+    particles->add_option(
+        "--pictures", options.pictures,
+        "Folder for PNG pictures of the modes, the slices and the change of sides, with --part quality");
     particles->add_flag("--no-passes", texts.no_passes, "Leaves out the times of every pass");
 
     CLI::App* list = app.add_subcommand("list", "Devices, effects, presets and scenes");

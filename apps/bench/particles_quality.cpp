@@ -2,12 +2,14 @@
 // the number of slices, the resolution, or from one run to the next.
 #include "apps/bench/particles.h"
 
+#include "apps/bench/pictures.h"
 #include "scene/particle_truth.h"
 #include "scene/vec3.h"
 #include "sfumato/effects/particles.h"
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 
 namespace sfumato::bench {
 namespace {
@@ -209,6 +211,87 @@ Result<Json> measure_invariants(Studio& studio, const Output& output) {
     return rows;
 }
 
+// Luminances of one picture after the other, as they are shown.
+class Sheet {
+  public:
+    Sheet(Extent cell, size_t columns, size_t rows) : cell_(cell), columns_(columns) {
+        planes_.width = static_cast<int>(cell.width * columns);
+        planes_.height = static_cast<int>(cell.height * rows);
+        planes_.channels.assign(1, std::vector<float>(planes_.pixel_count()));
+    }
+
+    // `value` of a cell's pixel by its number.
+    template <class Value>
+    void add(const Value& value) {
+        const size_t left = next_ % columns_ * cell_.width, top = next_ / columns_ * cell_.height;
+        for (size_t y = 0; y < cell_.height; ++y)
+            for (size_t x = 0; x < cell_.width; ++x)
+                planes_.channels[0][(top + y) * columns_ * cell_.width + left + x] =
+                    static_cast<float>(value(y * cell_.width + x));
+        ++next_;
+    }
+
+    Result<void> write(const std::string& path) const { return write_png(path, planes_); }
+
+  private:
+    Extent cell_;
+    size_t columns_, next_ = 0;
+    media::Planes planes_;
+};
+
+double shown(double light) {
+    return std::pow(std::clamp(light, 0.0, 1.0), 1.0 / 2.2);
+}
+
+// The clouds are grey under white light: the green channel tells all.
+Result<void> write_pictures(Rig& rig, const std::string& folder, const Output& output) {
+    constexpr Extent extent{200, 176};
+    std::error_code code;
+    std::filesystem::create_directories(folder, code);
+    auto studio = Studio::create(rig, extent, 12000);
+    if (!studio)
+        return studio.error();
+    std::vector<float> picture;
+    const auto draw = [&](ParticleMode mode, int layers, double eye, double light) -> Result<void> {
+        auto drawn = (*studio)->draw((*studio)->frame(eye, light), parameters_of({"", mode, layers}));
+        if (!drawn)
+            return drawn.error();
+        picture = std::move(*drawn);
+        return {};
+    };
+    const auto light_of = [&](size_t i) { return shown(double{picture[4 * i + 1]}); };
+    Sheet modes(extent, 4, 2), slices(extent, 5, 1), flip(extent, 4, 1);
+    const scene::ParticleTruth truth = (*studio)->truth((*studio)->frame(0.0, 60.0));
+    modes.add([&](size_t i) { return shown(truth.colour[3 * i + 1]); });
+    std::vector<std::vector<double>> differences = {std::vector<double>(truth.transmittance.size())};
+    for (const auto& [mode, layers] :
+         {std::pair{ParticleMode::light_volume, 16}, {ParticleMode::half_angle, 64}, {ParticleMode::half_angle, 256}}) {
+        if (auto done = draw(mode, layers, 0.0, 60.0); !done)
+            return done;
+        modes.add(light_of);
+        for (auto& difference = differences.emplace_back(); difference.size() < truth.transmittance.size();)
+            difference.push_back(double{picture[4 * difference.size() + 1]} - truth.colour[3 * difference.size() + 1]);
+    }
+    for (const std::vector<double>& difference : differences)
+        modes.add([&](size_t i) { return std::clamp(0.5 + 4.0 * difference[i], 0.0, 1.0); });
+    for (const int count : {8, 16, 32, 64, 256}) {
+        if (auto done = draw(ParticleMode::half_angle, count, 0.0, 60.0); !done)
+            return done;
+        slices.add(light_of);
+    }
+    for (const auto& [mode, layers] : {std::pair{ParticleMode::half_angle, 64}, {ParticleMode::light_volume, 32}})
+        for (const double eye : {0.25, -0.25}) {
+            if (auto done = draw(mode, layers, eye, 90.0); !done)
+                return done;
+            flip.add(light_of);
+        }
+    for (const auto& [name, sheet] : {std::pair{"modes", &modes}, {"slices", &slices}, {"flip", &flip}})
+        if (auto done = sheet->write(folder + "/particles-" + name + ".png"); !done)
+            return done;
+    output.print("Pictures are in " + folder + "\n");
+    return {};
+}
+
 } // namespace
 
 Result<Json> measure_particle_quality(Rig& rig, const Options& options, const Output& output) {
@@ -230,6 +313,9 @@ Result<Json> measure_particle_quality(Rig& rig, const Options& options, const Ou
     auto invariants = measure_invariants(**studio, output);
     if (!invariants)
         return invariants.error();
+    if (!options.pictures.empty())
+        if (auto written = write_pictures(rig, options.pictures, output); !written)
+            return written.error();
     return Json{{"extent", {extent.width, extent.height}},
                 {"particles", count},
                 {"errors", *errors},

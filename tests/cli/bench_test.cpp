@@ -303,4 +303,18 @@ TEST_F(Bench, TunesWithinABudget) {
     EXPECT_FALSE(json::parse(tight.out)["within_budget"].get<bool>());
 }
 
+TEST_F(Bench, ParticlesLeavePictures) {
+    const Finished finished =
+        run("particles --part quality --count 50 --size 16x9 --pictures '" + path("pictures") + "'");
+    ASSERT_EQ(finished.exit_code, 0) << finished.error;
+    for (const char* name : {"modes", "slices", "flip"}) {
+        const std::string picture = text_of(path("pictures/particles-" + std::string(name) + ".png"));
+        EXPECT_EQ(picture.substr(0, 4), "\x89PNG") << name;
+        EXPECT_GT(picture.size(), 400000u) << name;
+    }
+    { std::ofstream(path("file")); } // no folder can be made where a file is
+    expect_failure("particles --part quality --count 50 --size 16x9 --pictures '" + path("file") + "'", 3,
+                   path("file"));
+}
+
 } // namespace
