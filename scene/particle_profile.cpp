@@ -59,6 +59,8 @@ double interpolated(double x, double y, int width, int height, const Texel& texe
 }
 
 double texture_at(const ParticleTexture& texture, double x, double y) {
+    if (texture.values.empty())
+        return 0.0;
     return interpolated(x * texture.extent.width, y * texture.extent.height, static_cast<int>(texture.extent.width),
                         static_cast<int>(texture.extent.height), [&](size_t i) { return double{texture.values[i]}; });
 }

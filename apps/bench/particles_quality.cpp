@@ -9,7 +9,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 
 namespace sfumato::bench {
 namespace {
@@ -246,8 +245,6 @@ double shown(double light) {
 // The clouds are grey under white light: the green channel tells all.
 Result<void> write_pictures(Rig& rig, const std::string& folder, const Output& output) {
     constexpr Extent extent{200, 176};
-    std::error_code code;
-    std::filesystem::create_directories(folder, code);
     auto studio = Studio::create(rig, extent, 12000);
     if (!studio)
         return studio.error();

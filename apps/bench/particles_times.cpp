@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 
 namespace sfumato::bench {
@@ -224,6 +225,16 @@ Result<Json> measure_particle_times(Rig& rig, const Options& options, const Outp
 }
 
 Result<void> measure_particles(Rig& rig, const Options& options, const Output& output) {
+    if (!options.pictures.empty() && options.part == "times")
+        return Error{ErrorCode::invalid_argument, "--pictures shows what --part quality measures, not times"};
+    if (options.profile != "sphere" && options.part == "quality")
+        return Error{ErrorCode::invalid_argument, "--profile is for the particles that --part times measures"};
+    if (!options.pictures.empty()) { // before minutes of work
+        std::error_code failed;
+        std::filesystem::create_directories(options.pictures, failed);
+        if (failed)
+            return Error{ErrorCode::input, options.pictures + ": cannot be made a folder for pictures"};
+    }
     output.print(header_text("particles", rig));
     Json json{{"command", "particles"}, {"device", device_json(rig)}};
     if (options.part != "times") {

@@ -96,7 +96,7 @@ bool uses_input(const ChainLink& link, const ImageRole& role) {
     if (name == "normal" && choice_of(link, "normals") == "derived")
         return false;
     if (name == "profile")
-        return choice_of(link, "profile") == "texture";
+        return choice_of(link, "profile") == "texture" && choice_of(link, "profile_strength") != "0";
     if (name == "shadow")
         return find_role(*link.effect, "soft_shadow") == nullptr || contains(link.outputs, "soft_shadow");
     if (name == "ambient")

@@ -25,7 +25,6 @@ constexpr FormatInfo formats[] = {
     {VK_FORMAT_R16G16B16A16_UNORM, "R16G16B16A16_UNORM", 4, 8, false, false},
     {VK_FORMAT_R16G16B16A16_SNORM, "R16G16B16A16_SNORM", 4, 8, true, false},
     {VK_FORMAT_R16G16B16A16_SFLOAT, "R16G16B16A16_SFLOAT", 4, 8, true, false},
-    {VK_FORMAT_R32_UINT, "R32_UINT", 1, 4, false, false},
     {VK_FORMAT_R32_SFLOAT, "R32_SFLOAT", 1, 4, true, false},
     {VK_FORMAT_R32G32_SFLOAT, "R32G32_SFLOAT", 2, 8, true, false},
     {VK_FORMAT_R32G32B32A32_SFLOAT, "R32G32B32A32_SFLOAT", 4, 16, true, false},

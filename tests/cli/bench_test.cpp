@@ -313,8 +313,9 @@ TEST_F(Bench, ParticlesLeavePictures) {
         EXPECT_GT(picture.size(), 400000u) << name;
     }
     { std::ofstream(path("file")); } // no folder can be made where a file is
-    expect_failure("particles --part quality --count 50 --size 16x9 --pictures '" + path("file") + "'", 3,
-                   path("file"));
+    expect_failure("particles --part quality --pictures '" + path("file") + "'", 3, path("file"));
+    expect_failure("particles --part times --pictures '" + path("pictures") + "'", 2, "--pictures");
+    expect_failure("particles --part quality --profile noise", 2, "--profile");
 }
 
 } // namespace

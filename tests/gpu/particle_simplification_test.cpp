@@ -109,6 +109,13 @@ TEST_F(ParticleSimplification, what_is_large_or_dense_or_at_full_resolution_is_d
     for (ParticleSprite& s : large.sprites)
         s.radius = 0.6f;
     EXPECT_TRUE(same_bits(large));
+    // In a unit of a light year or so: extinction overflows when it is divided.
+    ParticleShot heavy = fine_cloud();
+    heavy.sprites = {sprite({0, 0, 0}, 0.06f, 3e38f)};
+    EXPECT_TRUE(same_bits(heavy));
+    EXPECT_GT(optical_mass(heavy.draw().transmittance), 10.0);
+    heavy.parameters.resolution = ParticleResolution::full;
+    EXPECT_GT(optical_mass(heavy.draw().transmittance), 10.0);
     EXPECT_FALSE(same_bits(fine_cloud()));
 }
 

@@ -22,6 +22,8 @@ inline constexpr uint32_t most_particles = 4194304;
 
 // One particle as it is drawn: what the simulation makes, and what a host puts into the buffer `sprites`. A particle
 // whose radius is not above 0, or of which any number is not finite, is dead: it is neither drawn nor casts a shadow.
+// It should keep its place in the buffer from frame to frame: its pattern follows from it (`profile`), and whether
+// others stand for it (`simplification`).
 struct ParticleSprite {
     std::array<float, 3> position; // world space, scene units
     float radius;                  // of the sphere, scene units

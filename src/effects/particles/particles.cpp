@@ -2,6 +2,7 @@
 #include "shaders/particles.h"
 
 #include "core/matrix.h"
+#include "effects/particles/particles_draw_setup.h"
 #include "effects/particles/particles_plan.h"
 #include "effects/particles/particles_shared.h"
 #include "effects/plan_parts.h"
@@ -182,7 +183,7 @@ void plan_clock(Planner& planner, const SimulationResources& simulation) {
 } // namespace
 
 std::string check_particles(const ParticleVolumeParameters& parameters, const ParticleVolumeImages& images) {
-    if (parameters.profile == ParticleProfile::texture && !images.profile)
+    if (drawn_profile(parameters) == ParticleProfile::texture && !images.profile)
         return "profile is texture, but image 'profile' is missing";
     return "";
 }

@@ -22,7 +22,8 @@ Disc project(vec3 position, float radius) {
         return disc;
     disc.middle = (clip.xy / clip.w * 0.5 + 0.5) * constants.size * constants.scale;
     disc.radius = radius * constants.pixels / (is_perspective() ? disc.depth : 1.0);
-    const float reach = max(disc.radius, 1.0);
+    // A particle that stands for others is larger by up to the root of two.
+    const float reach = max(disc.radius * (constants.simplification > 0.0 ? 1.4143 : 1.0), 1.0);
     disc.in_view = is_finite(disc.middle) && is_finite(disc.radius) && all(greaterThan(disc.middle, vec2(-reach))) &&
                    all(lessThan(disc.middle, constants.working_size + reach));
     return disc;
@@ -45,13 +46,15 @@ struct StandIn {
 
 StandIn stand_in(uint index, float radius, float optical_depth) {
     const float size = radius / full_detail_radius;
+    if (constants.simplification <= 0.0 || size >= 1.0 || optical_depth >= full_detail_depth)
+        return StandIn(1.0, 1.0);
     // Where particles of optical depth t overlap, to draw a share s of them adds t (1/s - 1) of their sum to its variance.
     const float variance = constants.simplification * (1.0 - optical_depth / full_detail_depth);
-    if (size >= 1.0 || variance <= 0.0)
+    const float share = max(max(size * size, optical_depth / (optical_depth + variance)), 1.0 / 16.0);
+    if (share >= 1.0)
         return StandIn(1.0, 1.0);
-    const float share = clamp(max(size * size, optical_depth / (optical_depth + variance)), 1.0 / 16.0, 1.0);
     const float ramp = max(0.5 * share * (1.0 - share), 1e-6);
-    const float place = float(index * 2654435769u) * (1.0 / 4294967296.0); // evenly spread among neighbours
+    const float place = float((index * 2654435769u) >> 8) * (1.0 / 16777216.0); // evenly spread among neighbours
     // Density makes up for most of what is missing, area for the rest: fewer pixels than before, yet no coarse grain.
     const float area = inversesqrt(sqrt(share));
     return StandIn(clamp((share - place) / ramp, 0.0, 1.0) / ((share - 0.5 * ramp) * area), sqrt(area));

@@ -82,7 +82,7 @@ void set_profile(ParticleDrawConstants& c, const ParticleVolumeParameters& p) {
     const bool is_noise = p.profile == ParticleProfile::noise;
     c.profile_strength = p.profile_strength;
     c.profile_reach = is_noise ? p.profile_scale / 16.0f : 0.5f;
-    // Less than a pixel and a half a wisp cannot be seen.
+    // Wisps of less than a pixel cannot be seen.
     c.profile_least = is_noise ? std::max(2.0f, p.profile_scale) : 2.0f;
 }
 

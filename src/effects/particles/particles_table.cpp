@@ -117,7 +117,7 @@ constexpr ParameterInfo rows[] = {
                               "Of the image of the particles; the scene's edges stay sharp."),
     parameter<&P::simplification>("simplification", "", 0.0, 1.0,
                                   "At half and quarter resolution: how far small, thin particles may be drawn by some "
-                                  "of their number, denser by as much; 0 draws all."),
+                                  "of their number, larger and denser instead; 0 draws all."),
     parameter<&P::sort_bits>("sort_bits", sort_bits, "Of the depth that particles are sorted by.", parameter_advanced),
     parameter<&P::soft_distance>("soft_distance", "m", 0.0, 10.0,
                                  "Before a surface in which particles fade, so that they do not cut it."),
@@ -130,8 +130,11 @@ constexpr ParameterInfo rows[] = {
     parameter<&P::debug_view>("debug_view", views, "Shows the inside of the effect.", parameter_debug),
 };
 
-constexpr PresetOverride half_angle[] = {
-    {"mode", "half-angle"}, {"slices", "64"}, {"shadow_resolution", "256"}, {"resolution", "half"}};
+constexpr PresetOverride half_angle[] = {{"mode", "half-angle"},
+                                         {"slices", "64"},
+                                         {"shadow_resolution", "256"},
+                                         {"resolution", "half"},
+                                         {"simplification", "0"}};
 constexpr PresetOverride smoke[] = {{"extinction", "1.6"}, {"albedo_r", "0.55"},       {"albedo_g", "0.55"},
                                     {"albedo_b", "0.57"},  {"radius_end", "0.22"},     {"curl_strength", "1"},
                                     {"curl_octaves", "3"}, {"scattering_octaves", "2"}};
