@@ -28,11 +28,14 @@ constexpr const char* particle_looks[] = {
     "attractor_strength=5 attractor_y=1 attractor_z=-3 wind_x=1 wind_y=0.5 wind_z=-2",
     "direction_elevation=10 direction_azimuth=170 speed=6 collision=depth bounce=0.5 friction=0.5 lifetime=1 burst=800",
     "emission=20 emission_time=0.3 phase=0.5 burst=1000 time_scale=0.3 dilution=1",
-    "resolution=half simplification=1 radius_start=0.04 radius_end=0.04 extinction=1 burst=1500",
     "mode=half-angle scattering_blur=0.1 scattering_octaves=3 slices=16",
     "profile=noise profile_strength=0.9 profile_scale=2 radius_start=0.3 radius_end=1",
     "profile=texture radius_start=0.3 radius_end=1",
     "emitter=box emitter_size=1 radius_end=1 count=1000 burst=1000 soft_distance=1 near_fade=4 pairs_per_particle=1",
+    "resolution=half simplification=1 radius_start=0.04 radius_end=0.04 extinction=1 burst=1500",
+    // Most of them near, some a long way off: 16 bits do not tell the near ones apart.
+    "sort_bits=24 slices=16 layers=8 rate=4000 burst=0 count=2000 wind_x=-200 wind_z=-200 drag=0.5 lifetime=1 "
+    "extinction=4",
 };
 
 constexpr EffectFacts facts[] = {
