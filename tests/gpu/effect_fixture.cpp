@@ -34,8 +34,7 @@ constexpr const char* particle_looks[] = {
     "emitter=box emitter_size=1 radius_end=1 count=1000 burst=1000 soft_distance=1 near_fade=4 pairs_per_particle=1",
     "resolution=half simplification=1 radius_start=0.04 radius_end=0.04 extinction=1 burst=1500",
     // Most of them near, some a long way off: 16 bits do not tell the near ones apart.
-    "sort_bits=24 slices=16 layers=8 rate=4000 burst=0 count=2000 wind_x=-200 wind_z=-200 drag=0.5 lifetime=1 "
-    "extinction=4",
+    "sort_bits=24 layers=8 rate=4000 burst=0 count=2000 wind_x=-200 wind_z=-200 drag=0.5 lifetime=1",
 };
 
 constexpr EffectFacts facts[] = {
