@@ -29,9 +29,11 @@ constexpr const char* particle_looks[] = {
     "direction_elevation=10 direction_azimuth=170 speed=6 collision=depth bounce=0.5 friction=0.5 lifetime=1 burst=800",
     "emission=20 emission_time=0.3 phase=0.5 burst=1000 time_scale=0.3 dilution=1",
     "mode=half-angle scattering_blur=0.1 scattering_octaves=3 slices=16",
-    "profile=noise profile_strength=0.9 profile_scale=2 radius_start=0.3 radius_end=1",
     "profile=texture radius_start=0.3 radius_end=1",
     "emitter=box emitter_size=1 radius_end=1 count=1000 burst=1000 soft_distance=1 near_fade=4 pairs_per_particle=1",
+};
+constexpr const char* particle_parameter_looks[] = {
+    "profile=noise profile_strength=0.9 profile_scale=2 radius_start=0.3 radius_end=1",
     "resolution=half simplification=1 radius_start=0.04 radius_end=0.04 extinction=1 burst=1500",
     // Most of them near, some a long way off: 16 bits do not tell the near ones apart.
     "sort_bits=24 layers=8 rate=4000 burst=0 count=2000 wind_x=-200 wind_z=-200 drag=0.5 lifetime=1",
@@ -42,7 +44,7 @@ constexpr EffectFacts facts[] = {
     {"motion-blur", 80, motion_looks},
     {"ambient-occlusion", 128, occlusion_looks},
     {"particles", 128, particle_looks, "position_y=-1 position_z=-4 count=1500 rate=600 burst=200 warm_up=0.5",
-     "count=2000 burst=2000 rate=4000 warm_up=1 shadow_resolution=128"},
+     "count=2000 burst=2000 rate=4000 warm_up=1 shadow_resolution=128", particle_parameter_looks},
 };
 
 float hash(uint32_t x, uint32_t y, uint32_t seed) {
@@ -251,14 +253,22 @@ double EffectTest::maximum_of(const ParameterInfo& info) const {
     return info.maximum;
 }
 
-std::vector<EffectTest::Look> EffectTest::special_looks() const {
+std::vector<EffectTest::Look> EffectTest::looks_of(std::span<const char* const> all) const {
     std::vector<Look> result;
-    for (const char* settings : effect_facts(effect()).looks) {
+    for (const char* settings : all) {
         result.emplace_back(settings, defaults());
         apply_settings(result.back().second, effect_facts(effect()).settings);
         apply_settings(result.back().second, settings);
     }
     return result;
+}
+
+std::vector<EffectTest::Look> EffectTest::special_looks() const {
+    return looks_of(effect_facts(effect()).looks);
+}
+
+std::vector<EffectTest::Look> EffectTest::parameter_looks() const {
+    return looks_of(effect_facts(effect()).parameter_looks);
 }
 
 std::vector<EffectTest::Look> EffectTest::looks() const {

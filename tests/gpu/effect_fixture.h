@@ -27,6 +27,8 @@ struct EffectFacts {
     // would take too long.
     const char* settings = "";
     const char* maxima = "";
+    // More looks that show parameters, which nothing else need be tried under.
+    std::span<const char* const> parameter_looks = {};
 };
 
 // An effect without a row of its own gets a reach of 128 pixels and no looks.
@@ -49,6 +51,11 @@ class EffectTest : public GpuTest, public testing::WithParamInterface<const Effe
     std::vector<Look> looks() const;
     // Those of the effect's facts.
     std::vector<Look> special_looks() const;
+    // Those that show parameters alone.
+    std::vector<Look> parameter_looks() const;
+
+  private:
+    std::vector<Look> looks_of(std::span<const char* const> all) const;
 };
 
 } // namespace sfumato::test

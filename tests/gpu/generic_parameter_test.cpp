@@ -103,7 +103,7 @@ class GenericParameter : public EffectTest {
 TEST_P(GenericParameter, every_parameter_matters) {
     // The looks as they are before anything is varied, those first that name the parameter: made to show it.
     std::vector<Look> tried = {{"default", defaults()}};
-    for (const std::vector<Look>& more : {special_looks(), looks()})
+    for (const std::vector<Look>& more : {special_looks(), looks(), parameter_looks()})
         tried.insert(tried.end(), more.begin(), more.end());
     for (const ParameterInfo& info : effect().parameters->parameters) {
         const std::string assignment = std::string(info.name) + "=";
