@@ -2,12 +2,13 @@
 // mean footprint what the options say, so that only the number changes from row to row.
 #include "apps/bench/particles.h"
 
+#include "apps/bench/pictures.h"
+
 #include "scene/particle_truth.h"
 #include "sfumato/effects/particles.h"
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
 
 namespace sfumato::bench {
@@ -229,12 +230,8 @@ Result<void> measure_particles(Rig& rig, const Options& options, const Output& o
         return Error{ErrorCode::invalid_argument, "--pictures shows what --part quality measures, not times"};
     if (options.profile != "sphere" && options.part == "quality")
         return Error{ErrorCode::invalid_argument, "--profile is for the particles that --part times measures"};
-    if (!options.pictures.empty()) { // before minutes of work
-        std::error_code failed;
-        std::filesystem::create_directories(options.pictures, failed);
-        if (failed)
-            return Error{ErrorCode::input, options.pictures + ": cannot be made a folder for pictures"};
-    }
+    if (auto made = make_picture_folder(options.pictures); !made) // before minutes of work
+        return made.error();
     output.print(header_text("particles", rig));
     Json json{{"command", "particles"}, {"device", device_json(rig)}};
     if (options.part != "times") {

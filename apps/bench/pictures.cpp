@@ -101,4 +101,13 @@ Result<void> write_png(const std::string& path, const media::Planes& encoded) {
     return Error{ErrorCode::input, path + ": cannot be written"};
 }
 
+Result<void> make_picture_folder(const std::string& path) {
+    std::error_code failed;
+    if (!path.empty())
+        std::filesystem::create_directories(path, failed);
+    if (failed)
+        return Error{ErrorCode::input, path + ": cannot be made a folder for pictures"};
+    return {};
+}
+
 } // namespace sfumato::bench

@@ -12,4 +12,7 @@ namespace sfumato::bench {
 // file cannot be written.
 Result<void> write_png(const std::string& path, const media::Planes& encoded);
 
+// Makes the folder unless it is there or the path is empty. Error (input): it cannot be made.
+Result<void> make_picture_folder(const std::string& path);
+
 } // namespace sfumato::bench

@@ -2,7 +2,6 @@
 #include "apps/bench/commands.h"
 #include "apps/bench/pictures.h"
 
-#include <filesystem>
 #include <future>
 
 #include <fmt/format.h>
@@ -176,12 +175,8 @@ Result<void> measure_quality(Rig& rig, const Options& options, const Variants& v
             if (const char* truth = adapter_of(*group.front()->effect).truth;
                 source->suits(group.front()->effect->name) && !source->has(truth))
                 return Error{ErrorCode::input, source->name() + " has no image '" + truth + "' to score against"};
-    if (!options.pictures.empty()) {
-        std::error_code failed;
-        std::filesystem::create_directories(options.pictures, failed);
-        if (failed)
-            return Error{ErrorCode::input, options.pictures + ": cannot be made a folder for pictures"};
-    }
+    if (auto made = make_picture_folder(options.pictures); !made)
+        return made.error();
     output.print(header_text("quality", rig) +
                  fmt::format("truth: {} sub-frames, {} rays a pixel; {} samples a pixel\n\n",
                              truth_sub_frames(options, rig), truth_rays(options, rig),

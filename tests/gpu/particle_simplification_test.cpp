@@ -109,9 +109,10 @@ TEST_F(ParticleSimplification, what_is_large_or_dense_or_at_full_resolution_is_d
     for (ParticleSprite& s : large.sprites)
         s.radius = 0.6f;
     EXPECT_TRUE(same_bits(large));
-    // In a unit of a light year or so: extinction overflows when it is divided.
+    // So dense that four times its optical depth overflows.
     ParticleShot heavy = fine_cloud();
-    heavy.sprites = {sprite({0, 0, 0}, 0.06f, 3e38f)};
+    // The first one would be kept in any case; the second gives way where a share is drawn.
+    heavy.sprites = {sprite({0, 0, 0}, 0.0f, 1.0f), sprite({0, 0, 0}, 0.2f, 3e38f)};
     EXPECT_TRUE(same_bits(heavy));
     EXPECT_GT(optical_mass(heavy.draw().transmittance), 10.0);
     heavy.parameters.resolution = ParticleResolution::full;
